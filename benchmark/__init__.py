@@ -1,0 +1,1 @@
+"""Which sensors and which estimator should I take?"""

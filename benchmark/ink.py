@@ -1,0 +1,99 @@
+"""Mean ink distance: how far an estimated path lies from the ink on the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from models.errors import InputError
+from models.state_space import Array
+
+INCH_MM = 25.4
+OUTLIER_FACTOR = 2.0
+RESAMPLING_MM = 0.5
+TRIMMED_SAMPLES = 70
+ALIGNMENT_ROUNDS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class InkMatch:
+    """A path laid over the ink: distance and both point sets, mm."""
+
+    mean_distance_mm: float
+    path_mm: Array
+    ink_mm: Array
+
+
+def otsu_threshold(grey: Array) -> int:
+    """Return the grey level (0 to 255) that best separates two classes.
+
+    Maximises the variance between the classes "at or below" and "above".
+
+    References
+    ----------
+    Otsu (1979), IEEE Trans. Systems, Man, and Cybernetics 9(1).
+    """
+    counts = np.bincount(grey.astype(np.uint8).ravel(), minlength=256).astype(float)
+    levels = np.arange(256)
+    below = np.cumsum(counts)
+    above = below[-1] - below
+    sum_below = np.cumsum(counts * levels)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean_below = sum_below / below
+        mean_above = (sum_below[-1] - sum_below) / above
+        between = below * above * (mean_below - mean_above) ** 2
+    return int(np.nanargmax(between))
+
+
+def ink_points_mm(scan: str | Path) -> Array:
+    """Return the ink pixels (n, 2) of a scan in mm, x to the right, y upwards.
+
+    Pixels at or below the Otsu threshold, without those farther from the
+    median point than twice the median distance.
+    """
+    from PIL import Image
+
+    with Image.open(scan) as image:
+        if "dpi" not in image.info:
+            raise InputError(f"{scan}: no resolution in the image's metadata, expected dpi")
+        dpi = float(image.info["dpi"][0])
+        grey = np.asarray(image.convert("L"))
+    rows, columns = np.nonzero(grey <= otsu_threshold(grey))
+    points = np.column_stack([columns, grey.shape[0] - 1 - rows]) * INCH_MM / dpi
+    distance = np.linalg.norm(points - np.median(points, axis=0), axis=1)
+    return np.asarray(points[distance <= OUTLIER_FACTOR * np.median(distance)])
+
+
+def written_path_mm(tip_xy_m: Array, pressed: Array) -> Array:
+    """Resample a path along its length and keep where the pen presses.
+
+    Parameters
+    ----------
+    tip_xy_m : (n, 2) tip at the IMU samples
+    pressed : (n,) 1 where the pen presses, 0 where not
+    """
+    inner = slice(TRIMMED_SAMPLES, len(tip_xy_m) - TRIMMED_SAMPLES)
+    xy, pressed = tip_xy_m[inner] * 1e3, np.asarray(pressed, dtype=float)[inner]
+    if len(xy) < 2:
+        raise InputError(
+            f"path of {len(tip_xy_m)} samples is too short for the ink distance, "
+            f"expected more than {2 * TRIMMED_SAMPLES + 1}"
+        )
+    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
+    at = np.arange(0, length[-1], RESAMPLING_MM)
+    resampled = np.column_stack([np.interp(at, length, xy[:, i]) for i in range(2)])
+    return resampled[np.interp(at, length, pressed) > 0.5]
+
+
+def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
+    """Shift a path onto the ink (never rotate or scale it) and measure the distance."""
+    tree = cKDTree(ink_mm)
+    shifted = path_mm + np.median(ink_mm, axis=0) - np.median(path_mm, axis=0)
+    for _ in range(ALIGNMENT_ROUNDS):
+        _, nearest = tree.query(shifted)
+        shifted = shifted + (ink_mm[nearest] - shifted).mean(axis=0)
+    distance, _ = tree.query(shifted)
+    return InkMatch(float(np.mean(distance)), shifted, ink_mm)

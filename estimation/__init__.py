@@ -1,0 +1,1 @@
+"""What is a measurement, what is an estimate?"""

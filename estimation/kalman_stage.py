@@ -1,0 +1,190 @@
+"""The Kalman stage: predict and update, symbolically, at any linearisation point.
+
+The stage that the EKF and every pass of an optimisation-based estimator share.
+At a trajectory (x̃, w̃) that may differ from the filter's own mean:
+
+    predict:  x⁻ = f(x̃, w̃) ⊞ (F (x⁺ ⊟ x̃) - G w̃),   P⁻ = F P⁺ Fᵀ + G Gᵀ
+    update:   v = residual(y, x̃) - H (x⁻ ⊟ x̃),   L Lᵀ = H P⁻ Hᵀ + R
+              W = P⁻ Hᵀ L⁻ᵀ,   e = L⁻¹ v
+              x⁺ = x⁻ ⊞ W e,   P⁺ = P⁻ - W Wᵀ
+
+with ⊞ the model's ``retract``, ⊟ its ``difference``, F, G and H derivatives
+along the tangent space at (x̃, w̃). A missing row has its row of v and H zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from estimation.function_call import FunctionCall
+from estimation.native import compiled
+from models.state_space import Array, GaussianState, StateSpaceModel
+
+
+def _symmetric(matrix: ca.SX) -> ca.SX:
+    """Mirror the lower triangle: half the work, symmetric to the last bit."""
+    return ca.tril2symm(ca.tril(matrix))
+
+
+def predict_function(model: StateSpaceModel) -> ca.Function:
+    """Return the symbolic predict stage of a model.
+
+    (x⁺ (n_x,), P⁺ (n_x, n_x), x̃ (n_x,), w̃ (n_w,), Δt) → (x⁻, P⁻, F, G)
+    """
+    n_x, n_w = model.n_x, model.n_w
+    x_plus, x_lin = ca.SX.sym("x_plus", n_x), ca.SX.sym("x_lin", n_x)
+    w_lin, dt = ca.SX.sym("w_lin", n_w), ca.SX.sym("dt")
+    P_plus = ca.SX.sym("P_plus", n_x, n_x)
+    delta = ca.SX.sym("delta", n_x)
+
+    reached = model.f(x_lin, w_lin, dt)
+    moved = model.difference(model.f(model.retract(x_lin, delta), w_lin, dt), reached)
+    F = ca.substitute(ca.jacobian(moved, delta), delta, ca.SX.zeros(n_x))
+    w = ca.SX.sym("w", n_w)
+    shaken = model.difference(model.f(x_lin, w, dt), reached)
+    G = ca.substitute(ca.jacobian(shaken, w), w, w_lin)
+
+    step = F @ model.difference(x_plus, x_lin) - G @ w_lin
+    x_minus = model.retract(reached, step)
+    P_minus = _symmetric(F @ P_plus @ F.T + G @ G.T)
+    return ca.Function(
+        "predict",
+        [x_plus, P_plus, x_lin, w_lin, dt],
+        [ca.densify(value) for value in (x_minus, P_minus, F, G)],
+        ["x_plus", "P_plus", "x_lin", "w_lin", "dt"],
+        ["x_minus", "P_minus", "F", "G"],
+        {"cse": True},
+    )
+
+
+def stacked_residual(model: StateSpaceModel, y: ca.SX, x: ca.SX) -> ca.SX:
+    """Return the residuals (n_r,) of all sensors for stacked readings y (n_y,)."""
+    rows, start = [ca.SX(0, 1)], 0
+    for sensor in model.sensors:
+        rows.append(sensor.residual(y[start : start + sensor.n_y], x))
+        start += sensor.n_y
+    return ca.vertcat(*rows)
+
+
+def update_function(model: StateSpaceModel) -> ca.Function:
+    """Return the symbolic update stage of a model.
+
+    (x⁻, P⁻, x̃, y (n_y,), present (n_r,)) → (x⁺, P⁺, v, S, W, e, H); `present` is
+    1 for rows that have a reading and 0 for missing ones, whose y must be finite.
+    """
+    n_x = model.n_x
+    x_minus, x_lin = ca.SX.sym("x_minus", n_x), ca.SX.sym("x_lin", n_x)
+    P_minus = ca.SX.sym("P_minus", n_x, n_x)
+    y, present = ca.SX.sym("y", model.n_y), ca.SX.sym("present", model.n_r)
+    delta = ca.SX.sym("delta", n_x)
+
+    residual = stacked_residual(model, y, model.retract(x_lin, delta))
+    origin = ca.SX.zeros(n_x)
+    H = -present * ca.substitute(ca.jacobian(residual, delta), delta, origin)
+    v = present * ca.substitute(residual, delta, origin) - H @ model.difference(x_minus, x_lin)
+    HP = H @ P_minus
+    S = _symmetric(HP @ H.T) + ca.diag(ca.DM(model.noise_std**2))
+    L = ca.chol(S).T
+    Wt = ca.solve(L, HP)
+    e = ca.solve(L, v)
+    x_plus = model.retract(x_minus, Wt.T @ e)
+    P_plus = _symmetric(P_minus - Wt.T @ Wt)
+    return ca.Function(
+        "update",
+        [x_minus, P_minus, x_lin, y, present],
+        [ca.densify(value) for value in (x_plus, P_plus, v, S, Wt.T, e, H)],
+        ["x_minus", "P_minus", "x_lin", "y", "present"],
+        ["x_plus", "P_plus", "v", "S", "W", "e", "H"],
+        {"cse": True},
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Update:
+    """Result of an update.
+
+    Parameters
+    ----------
+    state : x⁺ and P⁺
+    innovation : v (n_r,), zero in missing rows
+    innovation_covariance : S (n_r, n_r)
+    W, e, H : (n_x, n_r), (n_r,), (n_r, n_x), the factors a backward pass needs
+    present : (n_r,) rows that had a reading
+    """
+
+    state: GaussianState
+    innovation: Array
+    innovation_covariance: Array
+    W: Array
+    e: Array
+    H: Array
+    present: NDArray[np.bool_]
+
+
+class KalmanStage:
+    """The stage's two functions on NumPy arrays, compiled where a C compiler is found.
+
+    One instance belongs to one estimator: it owns work buffers.
+    """
+
+    def __init__(self, model: StateSpaceModel) -> None:
+        self.model = model
+        self._predict = FunctionCall(compiled(predict_function(model)))
+        self._update = FunctionCall(compiled(update_function(model)))
+        self._no_noise = np.zeros(model.n_w)
+
+    def predict(
+        self,
+        state: GaussianState,
+        dt: float,
+        x_lin: Array | None = None,
+        w_lin: Array | None = None,
+    ) -> GaussianState:
+        """Return x⁻, P⁻ after `dt` seconds, linearised at (x_lin, w_lin).
+
+        The filter's own mean and no noise are the default linearisation point.
+        """
+        x_minus, P_minus, _, _ = self._predict(
+            state.mean,
+            state.covariance,
+            state.mean if x_lin is None else x_lin,
+            self._no_noise if w_lin is None else w_lin,
+            dt,
+        )
+        return GaussianState(x_minus, P_minus)
+
+    def update(
+        self,
+        state: GaussianState,
+        y: Array,
+        present: NDArray[np.bool_] | None = None,
+        x_lin: Array | None = None,
+    ) -> Update:
+        """Condition x⁻, P⁻ on stacked readings, NaN where missing, linearised at x_lin.
+
+        Parameters
+        ----------
+        present : (n_r,) rows to use; those of `rows_present` by default
+        """
+        if present is None:
+            present = rows_present(self.model, y)
+        x_plus, P_plus, v, S, W, e, H = self._update(
+            state.mean,
+            state.covariance,
+            state.mean if x_lin is None else x_lin,
+            np.nan_to_num(y, nan=0.0),
+            present,
+        )
+        W, H = W.reshape(self.model.n_x, -1), H.reshape(-1, self.model.n_x)
+        S = S.reshape(self.model.n_r, -1)
+        return Update(GaussianState(x_plus, P_plus), v, S, W, e, H, present)
+
+
+def rows_present(model: StateSpaceModel, y: Array) -> NDArray[np.bool_]:
+    """Return which rows (n_r,) of the stacked residual have all readings they need."""
+    missing: NDArray[np.bool_] = model.row_needs @ np.isnan(y)
+    return ~missing

@@ -1,0 +1,171 @@
+"""What was measured, and when: time-stamped readings of named sensors."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from models.errors import InputError
+from models.state_space import Array, StateSpaceModel
+
+TIME_DIGITS = 9
+"""Time stamps are compared to a nanosecond."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """All readings of one instant: time (s) and stacked readings y (n_y,), NaN = missing."""
+
+    time_s: float
+    y: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """True states: times (n,), the names of the states and their values (n, k)."""
+
+    time_s: Array
+    names: tuple[str, ...]
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Readings of sensors on one time axis, the union of all their stamps.
+
+    Parameters
+    ----------
+    name : for people
+    time_s : (n,) strictly increasing, s
+    readings : sensor name → (n, n_y) in SI, NaN where the sensor has no reading
+    truth : true states, where known; no estimator is given them
+    """
+
+    name: str
+    time_s: Array
+    readings: Mapping[str, Array]
+    truth: Truth | None = None
+
+    def __post_init__(self) -> None:
+        if len(self.time_s) == 0:
+            raise InputError(f"recording {self.name} is empty, expected at least one sample")
+        if not np.isfinite(self.time_s).all():
+            row = int(np.flatnonzero(~np.isfinite(self.time_s))[0])
+            raise InputError(f"recording {self.name}: time of row {row} is not finite")
+        steps = np.diff(self.time_s)
+        if (steps <= 0).any():
+            row = int(np.flatnonzero(steps <= 0)[0]) + 1
+            raise InputError(
+                f"recording {self.name}: time of row {row} ({self.time_s[row]:g} s) does not "
+                f"follow the one before ({self.time_s[row - 1]:g} s), expected increasing times"
+            )
+        for sensor, values in self.readings.items():
+            if values.ndim != 2 or len(values) != len(self.time_s):
+                raise InputError(
+                    f"recording {self.name}: readings of {sensor} have shape {values.shape}, "
+                    f"expected ({len(self.time_s)}, n)"
+                )
+            if np.isinf(values).any():
+                row = int(np.argwhere(np.isinf(values))[0, 0])
+                raise InputError(
+                    f"recording {self.name}: {sensor} in row {row} is infinite, "
+                    "expected a number, or NaN where there is no reading"
+                )
+
+    @classmethod
+    def from_sensors(
+        cls,
+        name: str,
+        sensors: Mapping[str, tuple[Array, Array]],
+        truth: Truth | None = None,
+    ) -> Recording:
+        """Merge sensors with time stamps of their own; no reading moves in time.
+
+        Parameters
+        ----------
+        sensors : name → (times (n,) s, values (n, n_y) SI)
+
+        Raises
+        ------
+        InputError
+            If a sensor has two readings at one time.
+        """
+        stamps = {sensor: np.round(times, TIME_DIGITS) for sensor, (times, _) in sensors.items()}
+        time_s = np.unique(np.concatenate([np.zeros(0), *stamps.values()]))
+        readings = {}
+        for sensor, (_, values) in sensors.items():
+            times = stamps[sensor]
+            unique, counts = np.unique(times, return_counts=True)
+            if (counts > 1).any():
+                raise InputError(
+                    f"recording {name}: {sensor} has two readings at "
+                    f"{unique[counts > 1][0]:g} s, expected one"
+                )
+            merged = np.full((len(time_s), values.shape[1]), np.nan)
+            merged[np.searchsorted(time_s, times)] = values
+            readings[sensor] = merged
+        return cls(name, time_s, MappingProxyType(readings), truth)
+
+    def sensor(self, name: str) -> tuple[Array, Array]:
+        """Return (times, values) of one sensor where it has any reading."""
+        if name not in self.readings:
+            raise InputError(
+                f"recording {self.name} has no sensor {name}; "
+                f"expected one of {', '.join(self.readings)}"
+            )
+        present = ~np.isnan(self.readings[name]).all(axis=1)
+        return self.time_s[present], self.readings[name][present]
+
+    def select(self, sensors: Sequence[str]) -> Recording:
+        """Return a recording of some sensors only, without instants left empty."""
+        return self.from_sensors(
+            self.name, {sensor: self.sensor(sensor) for sensor in sensors}, self.truth
+        )
+
+    def subsampled(self, sensor: str, every: int, phase: int) -> Recording:
+        """Return a recording that keeps a sensor's readings number phase, phase + every, …"""
+        parts = {name: self.sensor(name) for name in self.readings}
+        times, values = parts[sensor]
+        parts[sensor] = (times[phase::every], values[phase::every])
+        return self.from_sensors(self.name, parts, self.truth)
+
+    def first(self, duration_s: float) -> Recording:
+        """Return the first `duration_s` seconds."""
+        kept = self.time_s <= self.time_s[0] + duration_s
+        return dataclasses.replace(
+            self,
+            time_s=self.time_s[kept],
+            readings={name: values[kept] for name, values in self.readings.items()},
+        )
+
+    def measurements(self, model: StateSpaceModel) -> Iterator[Measurement]:
+        """Yield what the model's sensors measured, instant by instant.
+
+        A sensor with a constant reading of its own (the writing area) speaks at
+        the first instant after each of its periods.
+        """
+        constant = [s for s in model.sensors if s.constant_reading is not None]
+        measured = [s for s in model.sensors if s.constant_reading is None]
+        for sensor in measured:
+            width = self.readings[sensor.name].shape[1] if sensor.name in self.readings else None
+            if width is None:
+                self.sensor(sensor.name)
+            elif width != sensor.n_y:
+                raise InputError(
+                    f"recording {self.name}: {sensor.name} has {width} columns, "
+                    f"expected {sensor.n_y} ({', '.join(sensor.axes)})"
+                )
+        due = {sensor.name: self.time_s[0] for sensor in constant}
+        for row, time_s in enumerate(self.time_s):
+            readings = {s.name: self.readings[s.name][row] for s in measured}
+            for sensor in constant:
+                period = 1 / sensor.rate_hz if sensor.rate_hz else 0.0
+                if time_s >= due[sensor.name] - 0.5 * 10**-TIME_DIGITS:
+                    assert sensor.constant_reading is not None
+                    readings[sensor.name] = sensor.constant_reading
+                    due[sensor.name] = max(due[sensor.name] + period, time_s)
+            yield Measurement(float(time_s), model.stack(readings))

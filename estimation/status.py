@@ -1,0 +1,58 @@
+"""What can become of a step: one enumeration, each member with a sentence."""
+
+from __future__ import annotations
+
+import enum
+
+
+class Status(enum.Flag):
+    """Outcome of one step; several can hold at once, none means solved."""
+
+    SOLVED = 0
+    NO_READING = enum.auto()
+    LATE = enum.auto()
+    GATED = enum.auto()
+    NEAR_SINGULAR = enum.auto()
+    ITERATION_LIMIT = enum.auto()
+    TIME_LIMIT = enum.auto()
+    INFEASIBLE = enum.auto()
+    SOLVER_FAILED = enum.auto()
+    NOT_FINITE = enum.auto()
+
+    @property
+    def is_solved(self) -> bool:
+        """Whether the estimate is what the estimator promises, with or without remarks."""
+        return not self & UNSOLVED
+
+    @property
+    def label(self) -> str:
+        """Return e.g. ``solved`` or ``near_singular+time_limit``, as written to files."""
+        return "+".join((member.name or "").lower() for member in self) or "solved"
+
+    @property
+    def sentence(self) -> str:
+        """Say it to a person."""
+        return " ".join(SENTENCES[member] for member in self) or SENTENCES[Status.SOLVED]
+
+
+UNSOLVED = (
+    Status.ITERATION_LIMIT
+    | Status.TIME_LIMIT
+    | Status.INFEASIBLE
+    | Status.SOLVER_FAILED
+    | Status.NOT_FINITE
+)
+"""The members that mean: the estimate is only the best that was found."""
+
+SENTENCES = {
+    Status.SOLVED: "The step was solved.",
+    Status.NO_READING: "No sensor had a reading; the estimate is a prediction.",
+    Status.LATE: "A reading was older than the newest state and was not used.",
+    Status.GATED: "A reading was too far from its prediction and was not used.",
+    Status.NEAR_SINGULAR: "The pen is almost upright, where azimuth and spin are one.",
+    Status.ITERATION_LIMIT: "The solver stopped at its iteration limit; best point returned.",
+    Status.TIME_LIMIT: "The solver stopped at its time limit; best point returned.",
+    Status.INFEASIBLE: "No state meets all bounds and inequalities; best point returned.",
+    Status.SOLVER_FAILED: "The solver failed; best point returned.",
+    Status.NOT_FINITE: "The step gave a number that is not finite; the prediction is returned.",
+}

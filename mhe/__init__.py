@@ -1,0 +1,1 @@
+"""What does the optimisation-based estimator say?"""

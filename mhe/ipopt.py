@@ -1,0 +1,261 @@
+"""The reference moving-horizon estimator: every window solved by IPOPT."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from estimation.estimate import Estimate, Window
+from estimation.estimator import remarks
+from estimation.kalman_stage import KalmanStage, Update
+from estimation.recording import Measurement
+from estimation.status import Status
+from mhe.arrival_cost import ARRIVAL_COSTS, diffuse_prior
+from mhe.window import Trajectory, WindowProblem
+from models.errors import InputError
+from models.state_space import Array, GaussianState, StateSpaceModel
+
+RETURN_STATUS: Mapping[str, Status] = MappingProxyType(
+    {
+        "Solve_Succeeded": Status.SOLVED,
+        "Solved_To_Acceptable_Level": Status.SOLVED,
+        "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
+        "Maximum_CpuTime_Exceeded": Status.TIME_LIMIT,
+        "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
+        "Infeasible_Problem_Detected": Status.INFEASIBLE,
+    }
+)
+"""IPOPT's return status → ours; any other is `Status.SOLVER_FAILED`."""
+
+FEASIBILITY_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class MheConfig:
+    """Settings of the moving-horizon estimator.
+
+    Parameters
+    ----------
+    horizon : N, intervals between stages; more looks further back and costs more
+    arrival_cost : one of `mhe.arrival_cost.ARRIVAL_COSTS`
+    tolerance : IPOPT's convergence tolerance; smaller iterates longer
+    max_iterations : per step; the best point is returned when it is reached
+    max_time_s : wall time per step, s; None has no limit
+    """
+
+    horizon: int = 20
+    arrival_cost: str = "filtered"
+    tolerance: float = 1e-8
+    max_iterations: int = 50
+    max_time_s: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.horizon < 1:
+            raise InputError(f"horizon is {self.horizon}, expected at least 1 interval")
+        if self.arrival_cost not in ARRIVAL_COSTS:
+            raise InputError(
+                f"arrival cost {self.arrival_cost} is unknown, "
+                f"expected one of {', '.join(ARRIVAL_COSTS)}"
+            )
+        if self.max_iterations < 0:
+            raise InputError(f"max_iterations is {self.max_iterations}, expected at least 0")
+        if self.max_time_s is not None and self.max_time_s <= 0:
+            raise InputError(f"max_time_s is {self.max_time_s}, expected a positive time")
+
+
+@dataclass(frozen=True, eq=False)
+class MheState:
+    """The window before the next measurement.
+
+    Parameters
+    ----------
+    prior : of the window's first stage, given all measurements before it
+    measurements : the window's stages, at most N + 1
+    predictions : per stage, (n_x,): x_k|k-1 when it was the newest
+    trajectory : the last solution; None before the first measurement
+    scale : (n_x,) standard deviations of the newest estimate
+    """
+
+    prior: GaussianState
+    measurements: tuple[Measurement, ...]
+    predictions: tuple[Array, ...]
+    trajectory: Trajectory | None
+    scale: Array
+
+
+class MheIpopt:
+    """Moving-horizon estimator that solves every window to convergence with IPOPT.
+
+    At the start the window grows from one stage. The covariance of the newest
+    state is the Gauss-Newton one: a pass of the Kalman stage over the window,
+    linearised at the optimum; bounds that are active do not narrow it.
+
+    References
+    ----------
+    Rao, Rawlings, Mayne (2003), Constrained state estimation for nonlinear
+    discrete-time systems, IEEE Trans. Automatic Control 48(2).
+    """
+
+    name = "mhe-ipopt"
+
+    def __init__(self, model: StateSpaceModel, config: MheConfig | None = None) -> None:
+        self.model = model
+        self.config = config or MheConfig()
+        self._stage = KalmanStage(model)
+        self._problem = WindowProblem.build(model, self.config.horizon)
+        self._solver = ca.nlpsol("mhe", "ipopt", self._problem.nlp, self._solver_options())
+
+    def init(self) -> MheState:
+        """Return the state before the first measurement, from the model's prior."""
+        prior = self.model.prior
+        if self.config.arrival_cost == "none":
+            prior = diffuse_prior(self.model)
+        return MheState(prior, (), (), None, self.model.prior.std)
+
+    def step(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
+        """Slide the window onto the measurement and solve it."""
+        if state.measurements and measurement.time_s < state.measurements[-1].time_s:
+            return state, self._late(state)
+        window, guess = self._slide(state, measurement)
+        trajectory, status, iterations = self._solve(window, guess)
+        newest, newest_state = self._covariance_pass(window, trajectory)
+        status |= remarks(self.model, newest_state.mean, bool(newest.present.any()))
+        window = MheState(
+            window.prior, window.measurements, window.predictions, trajectory, newest_state.std
+        )
+        times = np.array([m.time_s for m in window.measurements])
+        estimate = Estimate(
+            measurement.time_s,
+            newest_state,
+            status,
+            np.where(newest.present, newest.innovation, np.nan),
+            newest.innovation_covariance,
+            iterations,
+            Window(times, trajectory.states),
+        )
+        return window, estimate
+
+    def _slide(self, state: MheState, measurement: Measurement) -> tuple[MheState, Trajectory]:
+        """Append a stage, drop the oldest where the window is full, shift the solution."""
+        model = self.model
+        if state.trajectory is None:
+            guess = Trajectory(state.prior.mean[None, :], np.zeros((0, model.n_w)))
+            predicted = state.prior.mean
+            return MheState(state.prior, (measurement,), (predicted,), None, state.scale), guess
+        dt = measurement.time_s - state.measurements[-1].time_s
+        no_noise = np.zeros(model.n_w)
+        predicted = np.asarray(model.f(state.trajectory.states[-1], no_noise, dt)).ravel()
+        guess = Trajectory(
+            np.vstack([state.trajectory.states, predicted]),
+            np.vstack([state.trajectory.noises, no_noise]),
+        )
+        measurements = (*state.measurements, measurement)
+        predictions = (*state.predictions, predicted)
+        prior = state.prior
+        if len(measurements) > self.config.horizon + 1:
+            carry = ARRIVAL_COSTS[self.config.arrival_cost]
+            prior = carry(
+                self._stage, prior, measurements[0], measurements[1], guess, predictions[1]
+            )
+            measurements, predictions = measurements[1:], predictions[1:]
+            guess = Trajectory(guess.states[1:], guess.noises[1:])
+        return MheState(prior, measurements, predictions, None, state.scale), guess
+
+    def _solve(self, window: MheState, guess: Trajectory) -> tuple[Trajectory, Status, int]:
+        problem = self._problem
+        parameters = problem.parameters(
+            window.prior, window.measurements, guess.states, window.scale
+        )
+        start = problem.pack(guess.noises, problem.n_padded(window.measurements))
+        lower, upper = problem.constraint_bounds(window.measurements)
+        solution = self._solver(x0=start, p=parameters, lbg=lower, ubg=upper)
+        stats = self._solver.stats()
+        status = RETURN_STATUS.get(stats["return_status"], Status.SOLVER_FAILED)
+        variables = np.asarray(solution["x"]).ravel()
+        iterations = int(stats["iter_count"])
+        if status is Status.SOLVED:
+            return problem.unpack(variables, guess.states, window.scale), status, iterations
+        found = problem.unpack(variables, guess.states, window.scale)
+        return self._better(found, guess, window), status, iterations
+
+    def _better(self, found: Trajectory, guess: Trajectory, window: MheState) -> Trajectory:
+        """Return the better of two unfinished trajectories, made to obey the dynamics.
+
+        Less violation of bounds and inequalities comes first, then lower cost.
+        """
+        candidates = [self._rolled_out(found, window), self._rolled_out(guess, window)]
+        finite = [c for c in candidates if np.isfinite(c.states).all()]
+        return min(finite or candidates[1:], key=lambda c: self._merit(c, window))
+
+    def _rolled_out(self, trajectory: Trajectory, window: MheState) -> Trajectory:
+        states = [trajectory.states[0]]
+        times = [measurement.time_s for measurement in window.measurements]
+        for w, dt in zip(trajectory.noises, np.diff(times), strict=True):
+            states.append(np.asarray(self.model.f(states[-1], w, dt)).ravel())
+        return Trajectory(np.array(states), trajectory.noises)
+
+    def _merit(self, trajectory: Trajectory, window: MheState) -> tuple[float, float]:
+        model, problem = self.model, self._problem
+        violation = 0.0
+        for x in trajectory.states:
+            g = np.asarray(model.inequality(x)).ravel()
+            outside = np.concatenate([model.lower - x, x - model.upper, g])
+            violation = max(violation, float(outside.max(initial=0.0)))
+        parameters = problem.parameters(
+            window.prior, window.measurements, trajectory.states, window.scale
+        )
+        variables = problem.pack(trajectory.noises, problem.n_padded(window.measurements))
+        away = np.asarray(model.difference(trajectory.states[0], window.prior.mean)).ravel()
+        variables[: model.n_x] = np.linalg.solve(np.linalg.cholesky(window.prior.covariance), away)
+        cost = float(problem.cost(variables, parameters))
+        return (violation if violation > FEASIBILITY_TOLERANCE else 0.0, cost)
+
+    def _covariance_pass(
+        self, window: MheState, trajectory: Trajectory
+    ) -> tuple[Update, GaussianState]:
+        """Run the Kalman stage over the window, linearised at the trajectory."""
+        gaussian, times = window.prior, [m.time_s for m in window.measurements]
+        for k, measurement in enumerate(window.measurements):
+            if k:
+                gaussian = self._stage.predict(
+                    gaussian,
+                    times[k] - times[k - 1],
+                    trajectory.states[k - 1],
+                    trajectory.noises[k - 1],
+                )
+            update = self._stage.update(gaussian, measurement.y, x_lin=trajectory.states[k])
+            gaussian = update.state
+        return update, GaussianState(trajectory.states[-1], gaussian.covariance)
+
+    def _late(self, state: MheState) -> Estimate:
+        assert state.trajectory is not None
+        newest, gaussian = self._covariance_pass(state, state.trajectory)
+        missing = np.full(self.model.n_r, np.nan)
+        return Estimate(
+            state.measurements[-1].time_s,
+            gaussian,
+            Status.LATE,
+            missing,
+            newest.innovation_covariance,
+            iterations=0,
+        )
+
+    def _solver_options(self) -> dict[str, Any]:
+        options: dict[str, Any] = {
+            "print_time": False,
+            "error_on_fail": False,
+            "calc_lam_p": False,  # not used, and not finite at Δt = 0
+            "ipopt.print_level": 0,
+            "ipopt.sb": "yes",
+            "ipopt.tol": self.config.tolerance,
+            "ipopt.max_iter": self.config.max_iterations,
+            "ipopt.bound_relax_factor": 0.0,
+        }
+        if self.config.max_time_s is not None:
+            options["ipopt.max_wall_time"] = self.config.max_time_s
+        return options

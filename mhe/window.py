@@ -1,0 +1,177 @@
+"""The window problem of a moving horizon, symbolically, for one number of stages.
+
+    min  ½‖w₋₁‖² + ½ Σ_k ‖present_k · residual(y_k, x_k) / σ‖² + ½ Σ_k ‖w_k‖²
+    s.t. x_0 = x̄ ⊞ L̄ w₋₁,   x_{k+1} = f(x_k, w_k, Δt_k),   bounds, g(x_k) ≤ 0
+
+L̄ is the Cholesky factor of the arrival cost's covariance: like the process
+noise it enters as a unit noise w₋₁, so no covariance is ever inverted. States
+are x_k = x̃_k ⊞ D δ_k around a given trajectory x̃, with D a diagonal scale; δ
+and w are the decision variables.
+
+A window shorter than the horizon is padded in front with empty stages: Δt = 0
+and nothing present, which changes nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from estimation.kalman_stage import rows_present, stacked_residual
+from estimation.recording import Measurement
+from models.state_space import Array, GaussianState, StateSpaceModel
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """States (n+1, n_x) and unit process noises (n, n_w) over a window."""
+
+    states: Array
+    noises: Array
+
+
+@dataclass(frozen=True, eq=False)
+class WindowProblem:
+    """The NLP of a window with N intervals, and how to fill and read it.
+
+    Parameters
+    ----------
+    model : the state-space model
+    n_intervals : N; the window has N + 1 stages
+    nlp : ``x, p, f, g`` for `casadi.nlpsol`
+    cost : casadi.Function (decision variables, parameters) -> ½ sum of squares
+    bounded : indices of the states that have a bound
+    """
+
+    model: StateSpaceModel
+    n_intervals: int
+    nlp: dict[str, ca.SX]
+    cost: ca.Function
+    bounded: tuple[int, ...]
+
+    @classmethod
+    def build(cls, model: StateSpaceModel, n_intervals: int) -> WindowProblem:
+        """Write down the problem for a model and a horizon."""
+        n_x, n_w, n_stages = model.n_x, model.n_w, n_intervals + 1
+        bounded = tuple(
+            int(i) for i in np.flatnonzero(np.isfinite(model.lower) | np.isfinite(model.upper))
+        )
+        x_around = ca.SX.sym("x_around", n_x, n_stages)
+        x_prior, L_prior = ca.SX.sym("x_prior", n_x), ca.SX.sym("L_prior", n_x, n_x)
+        y = ca.SX.sym("y", model.n_y, n_stages)
+        present = ca.SX.sym("present", model.n_r, n_stages)
+        dt, scale = ca.SX.sym("dt", n_intervals), ca.SX.sym("scale", n_x)
+        w_prior = ca.SX.sym("w_prior", n_x)
+        delta = ca.SX.sym("delta", n_x, n_stages)
+        w = ca.SX.sym("w", n_w, n_intervals)
+
+        x = [model.retract(x_around[:, k], scale * delta[:, k]) for k in range(n_stages)]
+        arrived = model.retract(x_prior, ca.tril(L_prior) @ w_prior)
+        variables = [w_prior]
+        constraints = [model.difference(x[0], arrived) / scale]
+        cost = ca.sumsqr(w_prior) + ca.sumsqr(w)
+        for k in range(n_stages):
+            residual = stacked_residual(model, y[:, k], x[k])
+            cost += ca.sumsqr(present[:, k] * residual / model.noise_std)
+            variables.append(delta[:, k])
+            constraints.append(x[k][list(bounded)])
+            constraints.append(model.inequality(x[k]))
+            if k < n_intervals:
+                variables.append(w[:, k])
+                reached = model.f(x[k], w[:, k], dt[k])
+                constraints.append(model.difference(x[k + 1], reached) / scale)
+        parameters = ca.veccat(x_around, x_prior, L_prior, y, present, dt, scale)
+        nlp = {
+            "x": ca.vertcat(*variables),
+            "p": parameters,
+            "f": cost / 2,
+            "g": ca.vertcat(*constraints),
+        }
+        cost_function = ca.Function("cost", [nlp["x"], parameters], [cost / 2], {"cse": True})
+        return cls(model, n_intervals, nlp, cost_function, bounded)
+
+    def parameters(
+        self,
+        prior: GaussianState,
+        measurements: tuple[Measurement, ...],
+        around: Array,
+        scale: Array,
+    ) -> Array:
+        """Return the parameter vector of a window.
+
+        Parameters
+        ----------
+        prior : of the first stage, given all measurements before the window
+        measurements : at most N + 1 stages
+        around : (n_stages, n_x) the trajectory x̃
+        scale : (n_x,) diagonal of D
+        """
+        model, n_pad = self.model, self.n_padded(measurements)
+        present = np.zeros((self.n_intervals + 1, model.n_r))
+        y = np.zeros((self.n_intervals + 1, model.n_y))
+        dt = np.zeros(self.n_intervals)
+        for k, measurement in enumerate(measurements, start=n_pad):
+            present[k] = rows_present(model, measurement.y)
+            y[k] = np.nan_to_num(measurement.y, nan=0.0)
+        times = np.array([measurement.time_s for measurement in measurements])
+        dt[n_pad:] = np.diff(times)
+        L_prior = np.linalg.cholesky(prior.covariance)
+        return np.concatenate(
+            [
+                self._padded(around, n_pad).ravel(),
+                prior.mean,
+                L_prior.ravel(order="F"),
+                y.ravel(),
+                present.ravel(),
+                dt,
+                scale,
+            ]
+        )
+
+    def constraint_bounds(self, measurements: tuple[Measurement, ...]) -> tuple[Array, Array]:
+        """Return (lower, upper) of the constraints; padding stages have no bounds."""
+        model, n_pad = self.model, self.n_padded(measurements)
+        equal, n_g = np.zeros(model.n_x), int(model.inequality.numel_out(0))
+        bounded = list(self.bounded)
+        lower, upper = [equal], [equal]
+        for k in range(self.n_intervals + 1):
+            real = k >= n_pad
+            lower += [np.where(real, model.lower[bounded], -np.inf), np.full(n_g, -np.inf)]
+            upper += [np.where(real, model.upper[bounded], np.inf)]
+            upper += [np.zeros(n_g) if real else np.full(n_g, np.inf)]
+            if k < self.n_intervals:
+                lower.append(equal)
+                upper.append(equal)
+        return np.concatenate(lower), np.concatenate(upper)
+
+    def pack(self, noises: Array, n_pad: int) -> Array:
+        """Return the decision variables of a trajectory at x̃ itself: δ = 0, given w."""
+        model = self.model
+        stages = np.zeros((self.n_intervals, model.n_x + model.n_w))
+        stages[n_pad:, model.n_x :] = noises
+        return np.concatenate([np.zeros(model.n_x), stages.ravel(), np.zeros(model.n_x)])
+
+    def unpack(self, variables: Array, around: Array, scale: Array) -> Trajectory:
+        """Return the trajectory of the real stages from the decision variables."""
+        model = self.model
+        n_pad = self.n_intervals + 1 - len(around)
+        n_x, n_stage = model.n_x, model.n_x + model.n_w
+        inner = variables[n_x : n_x + self.n_intervals * n_stage].reshape(-1, n_stage)
+        delta = np.vstack([inner[:, :n_x], variables[-n_x:]])[n_pad:]
+        states = np.array(
+            [
+                np.asarray(model.retract(x, scale * step)).ravel()
+                for x, step in zip(around, delta, strict=True)
+            ]
+        )
+        return Trajectory(states, inner[n_pad:, n_x:])
+
+    def n_padded(self, measurements: tuple[Measurement, ...]) -> int:
+        """Return how many empty stages stand in front of a window."""
+        return self.n_intervals + 1 - len(measurements)
+
+    @staticmethod
+    def _padded(around: Array, n_pad: int) -> Array:
+        return np.vstack([np.repeat(around[:1], n_pad, axis=0), around])

@@ -1,0 +1,1 @@
+"""What moves, and what does a sensor on it read?"""

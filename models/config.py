@@ -1,0 +1,65 @@
+"""What every configuration shares: frozen, strict, units in the key names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, model_validator
+
+from models.units import accepted_names, split_unit
+
+
+class UnitConfig(BaseModel):
+    """A frozen configuration whose keys carry their unit.
+
+    A field named in SI (``range_m_s2``) is accepted in every unit of
+    `models.units.UNITS` (``range_g``) and stored in SI. Unknown keys are
+    refused, with the accepted spellings where only the unit is unknown.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _to_si(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        spellings = cls._spellings()
+        converted: dict[str, Any] = {}
+        for key, value in data.items():
+            if key not in spellings:
+                raise ValueError(_unknown_key(key, cls))
+            field, factor = spellings[key]
+            if field in converted:
+                raise ValueError(f"{key} gives {field} a second time")
+            converted[field] = value if factor == 1.0 else _scaled(value, factor)
+        return converted
+
+    @classmethod
+    def field_of(cls, key: str) -> str:
+        """Return the field that a key sets, whatever its unit; the key itself if none."""
+        return cls._spellings().get(key, (key, 1.0))[0]
+
+    @classmethod
+    def _spellings(cls) -> dict[str, tuple[str, float]]:
+        return {
+            spelling: (field, factor)
+            for field in cls.model_fields
+            for spelling, factor in accepted_names(field).items()
+        }
+
+
+def _scaled(value: Any, factor: float) -> Any:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return value * factor
+    if isinstance(value, list | tuple):
+        return [_scaled(item, factor) for item in value]
+    return value
+
+
+def _unknown_key(key: str, config: type[BaseModel]) -> str:
+    for field in config.model_fields:
+        stem, unit = split_unit(field)
+        if unit and key.startswith(stem):
+            return f"unknown key {key}; expected {' or '.join(accepted_names(field))}"
+    return f"unknown key {key}; expected one of {', '.join(sorted(config.model_fields))}"

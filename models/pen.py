@@ -1,0 +1,232 @@
+"""The rigid-body pen with five or six degrees of freedom.
+
+State, in blocks of the degrees of freedom q = (X, Y, Z, φ, θ[, ψ]):
+
+    x = (q, q̇, q̈, biases)
+
+with constant acceleration per degree of freedom, driven by white jerk.
+(X, Y, Z) is the tip, φ the azimuth and θ the elevation of the axis from tip to
+top, ψ the spin about it; with five degrees of freedom ψ is a constant.
+
+References
+----------
+[Pen] equations (1)-(3), with E1 corrected; spin and biases are additions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, Literal
+
+import casadi as ca
+import numpy as np
+from pydantic import Field, PositiveFloat
+
+from models.config import UnitConfig
+from models.errors import InputError
+from models.kinematics import RigidBody
+from models.measurement import BiasStates, MovingBody, bias_states, sensor_model
+from models.process_noise import constant_acceleration, white_jerk_factor
+from models.rotation import world_to_body
+from models.sensors import Sensor, Vector3
+from models.state_space import (
+    GaussianState,
+    StateSpaceModel,
+    additive_manifold,
+    no_inequality,
+)
+
+UNIFORM_ANGLE_STD_RAD = math.pi / math.sqrt(3)
+"""Standard deviation of an angle of which nothing is known."""
+
+_TIP = ("tip_x", "tip_y", "tip_z")
+_ANGLES = ("azimuth", "elevation", "spin")
+
+
+class ProcessNoise(UnitConfig):
+    """Square roots of the spectral densities of white jerk.
+
+    Larger follows faster strokes and smooths less.
+    """
+
+    tip_jerk_density_m_s3_per_sqrt_hz: PositiveFloat = 100.0
+    angle_jerk_density_rad_s3_per_sqrt_hz: PositiveFloat = 1000.0
+
+
+class Prior(UnitConfig):
+    """What is known of the pen before its first measurement: means and standard deviations.
+
+    Velocities and accelerations have mean zero.
+    """
+
+    tip_m: Vector3 = (0.0, 0.0, 0.0)
+    tip_std_m: PositiveFloat = 0.3
+    azimuth_rad: float = 0.0
+    azimuth_std_rad: PositiveFloat = UNIFORM_ANGLE_STD_RAD
+    elevation_rad: float = 0.9
+    elevation_std_rad: PositiveFloat = 0.4
+    spin_rad: float = 0.0
+    spin_std_rad: PositiveFloat = UNIFORM_ANGLE_STD_RAD
+    velocity_std_m_s: PositiveFloat = 0.2
+    angle_rate_std_rad_s: PositiveFloat = 1.0
+    acceleration_std_m_s2: PositiveFloat = 3.0
+    angle_acceleration_std_rad_s2: PositiveFloat = 20.0
+
+
+class PenConfig(UnitConfig):
+    """A pen with its sensors, as written in a pen file.
+
+    Parameters
+    ----------
+    name : for people
+    degrees_of_freedom : 5 (no spin) or 6
+    gravity_m_s2 : local gravity
+    fixed_spin_rad : the constant spin of a pen with five degrees of freedom
+    sensors : by name
+    bounds : state name → (lower, upper), in the state's unit
+    """
+
+    name: str
+    degrees_of_freedom: Literal[5, 6] = 6
+    gravity_m_s2: PositiveFloat = 9.81
+    fixed_spin_rad: float = 0.0
+    process_noise: ProcessNoise = ProcessNoise()
+    prior: Prior = Prior()
+    bounds: Mapping[str, tuple[float, float]] = Field(default_factory=dict)
+    sensors: Annotated[Mapping[str, Sensor], Field(min_length=1)]
+
+
+def coordinate_names(degrees_of_freedom: int) -> tuple[str, ...]:
+    """Return the state names of q, with units: ``tip_x_m``, … ``spin_rad``."""
+    angles = _ANGLES[: degrees_of_freedom - 3]
+    return tuple(f"{tip}_m" for tip in _TIP) + tuple(f"{angle}_rad" for angle in angles)
+
+
+def kinematic_states(degrees_of_freedom: int) -> tuple[tuple[str, str], ...]:
+    """Return (name, unit) of q, q̇, q̈ in the order of the state."""
+    angles = _ANGLES[: degrees_of_freedom - 3]
+    table = (
+        ("{}_m", "{}_rad", "m", "rad"),
+        ("{}_velocity_m_s", "{}_rate_rad_s", "m/s", "rad/s"),
+        ("{}_acceleration_m_s2", "{}_acceleration_rad_s2", "m/s²", "rad/s²"),
+    )
+    return tuple(
+        (pattern.format(name), unit)
+        for tip_pattern, angle_pattern, tip_unit, angle_unit in table
+        for pattern, unit, names in (
+            (tip_pattern, tip_unit, _TIP),
+            (angle_pattern, angle_unit, angles),
+        )
+        for name in names
+    )
+
+
+def moving_pen(config: PenConfig, q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX) -> MovingBody:
+    """Return the pen as a rigid body in symbols of its degrees of freedom."""
+    has_spin = config.degrees_of_freedom == 6
+    spin = q[5] if has_spin else ca.SX(config.fixed_spin_rad)
+    rigid = RigidBody(q, q_dot, q_ddot, q[:3], world_to_body(q[3], q[4], spin))
+    return MovingBody(rigid, config.gravity_m_s2, has_spin)
+
+
+def pen_model(config: PenConfig, sensors: Iterable[str] | None = None) -> StateSpaceModel:
+    """Build the state-space model of a pen with some or all of its sensors.
+
+    Parameters
+    ----------
+    config : the pen
+    sensors : names from the pen file, in the order to stack them; None takes all
+
+    Raises
+    ------
+    InputError
+        If a sensor or a bound is unknown; the message lists the known names.
+    """
+    names = tuple(config.sensors) if sensors is None else tuple(sensors)
+    chosen = {name: _sensor_of(config, name) for name in names}
+    if len(chosen) < len(names):
+        raise InputError(f"sensors {', '.join(names)}: a name appears twice, expected each once")
+    biases = {name: bias_states(name, sensor) for name, sensor in chosen.items()}
+
+    n_q = config.degrees_of_freedom
+    q, q_dot, q_ddot = (ca.SX.sym(symbol, n_q) for symbol in ("q", "q_dot", "q_ddot"))
+    bias_symbols = {name: ca.SX.sym(f"b_{name}", len(bias.names)) for name, bias in biases.items()}
+    x = ca.vertcat(q, q_dot, q_ddot, *bias_symbols.values())
+    body = moving_pen(config, q, q_dot, q_ddot)
+
+    states = kinematic_states(n_q) + tuple(
+        (name, bias.unit.replace("_", "/").replace("s2", "s²"))
+        for bias in biases.values()
+        for name in bias.names
+    )
+    is_angle = [name in ("azimuth_rad", "elevation_rad", "spin_rad") for name, _ in states]
+    retract, difference = additive_manifold(is_angle)
+    margin = ca.cos(q[4])
+    model = StateSpaceModel(
+        name=f"{config.name}, {n_q} degrees of freedom",
+        state_names=tuple(name for name, _ in states),
+        state_units=tuple(unit for _, unit in states),
+        f=_transition(config, biases.values()),
+        sensors=tuple(
+            sensor_model(name, sensor, body, x, bias_symbols[name])
+            for name, sensor in chosen.items()
+        ),
+        prior=_prior(config, biases.values()),
+        retract=retract,
+        difference=difference,
+        lower=np.full(len(states), -np.inf),
+        upper=np.full(len(states), np.inf),
+        inequality=no_inequality(len(states)),
+        regularity=ca.Function("regularity", [x], [margin], ["x"], ["margin"]),
+    )
+    return model.bounded(**config.bounds)
+
+
+def _sensor_of(config: PenConfig, name: str) -> Any:
+    if name not in config.sensors:
+        raise InputError(
+            f"sensor {name} is not in the pen {config.name}; "
+            f"expected one of {', '.join(config.sensors)}"
+        )
+    return config.sensors[name]
+
+
+def _transition(config: PenConfig, biases: Iterable[BiasStates]) -> ca.Function:
+    """f(x, w, Δt): white jerk on every degree of freedom, random walks on biases."""
+    n_q = config.degrees_of_freedom
+    walks = [bias.walk for bias in biases for _ in bias.names]
+    n_x = 3 * n_q + len(walks)
+    x, w, dt = ca.SX.sym("x", n_x), ca.SX.sym("w", n_x), ca.SX.sym("dt")
+    noise = config.process_noise
+    densities = ca.diag(
+        ca.DM(
+            [noise.tip_jerk_density_m_s3_per_sqrt_hz] * 3
+            + [noise.angle_jerk_density_rad_s3_per_sqrt_hz] * (n_q - 3)
+        )
+    )
+    A = ca.kron(constant_acceleration(dt), ca.SX.eye(n_q))
+    G = ca.kron(white_jerk_factor(dt), densities)
+    kinematic = ca.mtimes(A, x[: 3 * n_q]) + ca.mtimes(G, w[: 3 * n_q])
+    bias = x[3 * n_q :] + ca.DM(walks) * ca.sqrt(dt) * w[3 * n_q :]
+    x_next = ca.vertcat(kinematic, bias)
+    return ca.Function("f", [x, w, dt], [x_next], ["x", "w", "dt"], ["x_next"])
+
+
+def _prior(config: PenConfig, biases: Iterable[BiasStates]) -> GaussianState:
+    prior, n_angles = config.prior, config.degrees_of_freedom - 3
+    mean_angles = [prior.azimuth_rad, prior.elevation_rad, prior.spin_rad][:n_angles]
+    std_angles = [prior.azimuth_std_rad, prior.elevation_std_rad, prior.spin_std_rad][:n_angles]
+    bias_std = [bias.std for bias in biases for _ in bias.names]
+    std = np.array(
+        [prior.tip_std_m] * 3
+        + std_angles
+        + [prior.velocity_std_m_s] * 3
+        + [prior.angle_rate_std_rad_s] * n_angles
+        + [prior.acceleration_std_m_s2] * 3
+        + [prior.angle_acceleration_std_rad_s2] * n_angles
+        + bias_std
+    )
+    mean = np.zeros(len(std))
+    mean[: 3 + n_angles] = [*prior.tip_m, *mean_angles]
+    return GaussianState(mean, np.diag(std**2))

@@ -1,0 +1,91 @@
+"""Pens as TOML files, and the presets that their sensors may name."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from models.errors import InputError
+from models.pen import PenConfig
+from models.sensors import SENSOR_KINDS
+
+
+@cache
+def _preset_table() -> dict[str, dict[str, Any]]:
+    return tomllib.loads((resources.files("models") / "presets.toml").read_text("utf-8"))
+
+
+def presets() -> dict[str, dict[str, Any]]:
+    """Return the sensor presets by name: keys of a sensor in a pen file, and ``source``."""
+    return {name: dict(values) for name, values in _preset_table().items()}
+
+
+def load_pen(path: str | Path) -> PenConfig:
+    """Read and validate a pen file.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is not TOML, or a key or value in it is wrong;
+        the message names the file, the key and what was expected.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text("utf-8")
+    except OSError as error:
+        raise InputError(
+            f"pen file {path}: {error.strerror}, expected a readable TOML file"
+        ) from None
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"pen file {path}: {error}, expected TOML") from None
+    return parse_pen(data, where=f"pen file {path}")
+
+
+def parse_pen(data: dict[str, Any], where: str = "pen") -> PenConfig:
+    """Validate a pen given as nested dictionaries, as in a pen file."""
+    sensors = data.get("sensors", {})
+    if not isinstance(sensors, dict):
+        raise InputError(f"{where}: key sensors: expected a table of sensors")
+    resolved = {name: _with_preset(name, sensor, where) for name, sensor in sensors.items()}
+    try:
+        return PenConfig.model_validate({**data, "sensors": resolved})
+    except ValidationError as error:
+        raise InputError(_one_sentence(error, where)) from None
+
+
+def _with_preset(name: str, sensor: Any, where: str) -> Any:
+    if not isinstance(sensor, dict) or "preset" not in sensor:
+        return sensor
+    preset_name = sensor["preset"]
+    if preset_name not in _preset_table():
+        raise InputError(
+            f"{where}: key sensors.{name}.preset: unknown preset {preset_name}; "
+            f"expected one of {', '.join(_preset_table())}"
+        )
+    preset = dict(_preset_table()[preset_name])
+    preset.pop("source")
+    own = {key: value for key, value in sensor.items() if key != "preset"}
+    kind = SENSOR_KINDS[preset["kind"]]
+    # An override may come in another unit than the preset's key.
+    overridden = {field for key in own for field in [kind.field_of(key)]}
+    kept = {key: value for key, value in preset.items() if kind.field_of(key) not in overridden}
+    return {**kept, **own}
+
+
+def _one_sentence(error: ValidationError, where: str) -> str:
+    first = error.errors(include_url=False, include_context=False)[0]
+    # A discriminated union adds the kind to the location: it is not a key.
+    keys = [str(part) for part in first["loc"] if part not in SENSOR_KINDS]
+    message = first["msg"].removeprefix("Value error, ")
+    if first["type"] == "missing":
+        message = "is missing"
+    more = error.error_count() - 1
+    rest = f" (and {more} more)" if more else ""
+    return f"{where}: key {'.'.join(keys) or '(top level)'}: {message}{rest}"

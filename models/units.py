@@ -1,0 +1,61 @@
+"""Units as a table: a key or a column header ends in its unit.
+
+Inside the project everything is SI and radians. At the border a quantity may
+come in any unit of its row here; its name says which (``range_g``).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+STANDARD_GRAVITY_M_S2 = 9.80665
+_DEG = math.pi / 180
+_G = STANDARD_GRAVITY_M_S2
+
+UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
+    {
+        "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+        "m_s": {"m_s": 1.0, "mm_s": 1e-3},
+        "m_s2": {"m_s2": 1.0, "g": _G, "mg": 1e-3 * _G},
+        "rad": {"rad": 1.0, "deg": _DEG},
+        "rad_s": {"rad_s": 1.0, "deg_s": _DEG},
+        "rad_s2": {"rad_s2": 1.0, "deg_s2": _DEG},
+        "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
+        "hz": {"hz": 1.0, "khz": 1e3},
+        "m_s2_per_sqrt_hz": {"m_s2_per_sqrt_hz": 1.0, "ug_per_sqrt_hz": 1e-6 * _G},
+        "rad_s_per_sqrt_hz": {
+            "rad_s_per_sqrt_hz": 1.0,
+            "deg_s_per_sqrt_hz": _DEG,
+            "mdeg_s_per_sqrt_hz": 1e-3 * _DEG,
+        },
+        "m_s2_per_sqrt_s": {"m_s2_per_sqrt_s": 1.0, "mg_per_sqrt_s": 1e-3 * _G},
+        "rad_s_per_sqrt_s": {"rad_s_per_sqrt_s": 1.0, "deg_s_per_sqrt_s": _DEG},
+        "m_s3_per_sqrt_hz": {"m_s3_per_sqrt_hz": 1.0},
+        "rad_s3_per_sqrt_hz": {"rad_s3_per_sqrt_hz": 1.0, "deg_s3_per_sqrt_hz": _DEG},
+    }
+)
+"""SI unit → the units accepted in its place, each with the factor to SI."""
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """Split ``range_m_s2`` into ``("range", "m_s2")``; the longest SI unit wins.
+
+    A name that ends in no known SI unit comes back whole, with ``""``.
+    """
+    for unit in sorted(UNITS, key=len, reverse=True):
+        if name.endswith("_" + unit):
+            return name[: -len(unit) - 1], unit
+    return name, ""
+
+
+def accepted_names(si_name: str) -> Mapping[str, float]:
+    """Return every accepted spelling of an SI name, with its factor to SI.
+
+    ``range_m_s2`` → ``{"range_m_s2": 1, "range_g": 9.80665, "range_mg": …}``.
+    """
+    stem, unit = split_unit(si_name)
+    if not unit:
+        return {si_name: 1.0}
+    return {f"{stem}_{alternative}": factor for alternative, factor in UNITS[unit].items()}

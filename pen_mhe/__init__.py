@@ -1,0 +1,1 @@
+"""How do I use it from outside: command line, readers and writers of recordings."""

@@ -1,0 +1,121 @@
+"""Reader of D-POINT recordings: a folder with stylus, camera and scan.
+
+Time: the stylus' own clock (integer ms) plus the median offset to the host's;
+host stamps of single samples jitter by several ms. Camera frames are stamped
+with their capture, the host's stamp minus the camera's delay.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from estimation.recording import Recording
+from models.errors import InputError
+from models.state_space import Array
+
+STYLUS_FILE, CAMERA_FILE, SCAN_FILE = "stylus_data.json", "camera_data.json", "scan.jpg"
+
+
+@dataclass(frozen=True, eq=False)
+class DpointFolder:
+    """A D-POINT recording.
+
+    Parameters
+    ----------
+    recording : sensors ``accel``, ``gyro``, ``camera``, ``contact``; zero on the time
+        axis is the first stylus sample
+    pressure_time_s, pressure : (n,), raw pressure, 0 to 1
+    scan : the scanned sheet, where there is one
+    """
+
+    recording: Recording
+    pressure_time_s: Array
+    pressure: Array
+    scan: Path | None
+
+
+def is_dpoint_folder(path: Path) -> bool:
+    """Whether a path is a folder with a stylus and a camera file."""
+    return (path / STYLUS_FILE).is_file() and (path / CAMERA_FILE).is_file()
+
+
+def read_dpoint(
+    folder: str | Path, camera_delay_s: float, pressure_threshold: float, height_m: float = 0.0
+) -> DpointFolder:
+    """Read a D-POINT folder.
+
+    Parameters
+    ----------
+    camera_delay_s : time from a frame's capture to its host stamp, s
+    pressure_threshold : raw pressure above which the tip touches the paper
+    height_m : height of the paper, the reading of ``contact`` while it touches
+
+    Raises
+    ------
+    InputError
+        If a file is missing, is not JSON, or a row lacks a key.
+    """
+    folder = Path(folder)
+    stylus, camera = _load(folder / STYLUS_FILE), _load(folder / CAMERA_FILE)
+    device_ms = _column(stylus, folder / STYLUS_FILE, "data", "t")
+    host_ms = _column(stylus, folder / STYLUS_FILE, "t")
+    accel = _column(stylus, folder / STYLUS_FILE, "data", "accel")
+    gyro = _column(stylus, folder / STYLUS_FILE, "data", "gyro")
+    pressure = _column(stylus, folder / STYLUS_FILE, "data", "pressure")
+    frame_ms = _column(camera, folder / CAMERA_FILE, "t")
+    position = _column(camera, folder / CAMERA_FILE, "data", "position")[:, :, 0]
+    orientation = _column(camera, folder / CAMERA_FILE, "data", "orientation_mat")
+
+    offset_ms = np.median(host_ms - device_ms)
+    start_ms = device_ms[0]
+    time_s = (device_ms - start_ms) * 1e-3
+    frame_s = (frame_ms - offset_ms - start_ms) * 1e-3 - camera_delay_s
+    pose = np.column_stack([position, Rotation.from_matrix(orientation).as_rotvec()])
+    touches = np.where(pressure > pressure_threshold, height_m, np.nan)
+    recording = Recording.from_sensors(
+        folder.name,
+        {
+            "accel": (time_s, accel),
+            "gyro": (time_s, gyro),
+            "camera": (frame_s, pose),
+            "contact": (time_s, touches[:, None]),
+        },
+    )
+    scan = folder / SCAN_FILE
+    return DpointFolder(recording, time_s, pressure, scan if scan.is_file() else None)
+
+
+def _load(path: Path) -> list[dict[str, Any]]:
+    try:
+        rows = json.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}, expected a D-POINT file") from None
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}: {error}, expected JSON") from None
+    if not isinstance(rows, list) or not rows:
+        raise InputError(f"{path}: expected a list of samples, got none")
+    return rows
+
+
+def _column(rows: list[dict[str, Any]], path: Path, *keys: str) -> Array:
+    values = []
+    for number, row in enumerate(rows):
+        value: Any = row
+        try:
+            for key in keys:
+                value = value[key]
+            values.append(np.asarray(value, dtype=float))
+        except (KeyError, TypeError, ValueError):
+            raise InputError(f"{path}: row {number} has no number under {'.'.join(keys)}") from None
+        if values[-1].shape != values[0].shape or not np.isfinite(values[-1]).all():
+            raise InputError(
+                f"{path}: row {number}: {'.'.join(keys)} is not finite or has another shape "
+                f"than in row 0, expected {values[0].shape}"
+            )
+    return np.array(values)
