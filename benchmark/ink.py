@@ -16,6 +16,8 @@ OUTLIER_FACTOR = 2.0
 RESAMPLING_MM = 0.5
 TRIMMED_SAMPLES = 70
 ALIGNMENT_ROUNDS = 8
+STARTING_GRID_MM = 4.0
+STARTING_POINTS = 300
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,11 +91,35 @@ def written_path_mm(tip_xy_m: Array, pressed: Array) -> Array:
 
 
 def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
-    """Shift a path onto the ink (never rotate or scale it) and measure the distance."""
+    """Shift a path onto the ink (never rotate or scale it) and measure the distance.
+
+    The rounds of nearest neighbour and mean end in a local optimum, so they
+    start from many shifts that lay the path's extent within the ink's: a part
+    of a text fits in several places. The best one counts.
+    """
     tree = cKDTree(ink_mm)
-    shifted = path_mm + np.median(ink_mm, axis=0) - np.median(path_mm, axis=0)
-    for _ in range(ALIGNMENT_ROUNDS):
-        _, nearest = tree.query(shifted)
-        shifted = shifted + (ink_mm[nearest] - shifted).mean(axis=0)
+    thinned = path_mm[:: max(1, len(path_mm) // STARTING_POINTS)]
+    starts = _starting_shifts(path_mm, ink_mm)
+    coarse = [_settled_shift(thinned, tree, ink_mm, start) for start in starts]
+    best = min(coarse, key=lambda shift: float(np.mean(tree.query(thinned + shift)[0])))
+    shifted = path_mm + _settled_shift(path_mm, tree, ink_mm, best)
     distance, _ = tree.query(shifted)
     return InkMatch(float(np.mean(distance)), shifted, ink_mm)
+
+
+def _starting_shifts(path_mm: Array, ink_mm: Array) -> list[Array]:
+    """Return the shift of the medians and a grid that keeps the path's extent within the ink's."""
+    low = ink_mm.min(axis=0) - path_mm.min(axis=0)
+    high = ink_mm.max(axis=0) - path_mm.max(axis=0)
+    low, high = np.minimum(low, high) - STARTING_GRID_MM, np.maximum(low, high) + STARTING_GRID_MM
+    x, y = (np.arange(low[i], high[i] + STARTING_GRID_MM, STARTING_GRID_MM) for i in range(2))
+    grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    return [np.median(ink_mm, axis=0) - np.median(path_mm, axis=0), *grid]
+
+
+def _settled_shift(path_mm: Array, tree: cKDTree, ink_mm: Array, start: Array) -> Array:
+    shift = start
+    for _ in range(ALIGNMENT_ROUNDS):
+        _, nearest = tree.query(path_mm + shift)
+        shift = shift + (ink_mm[nearest] - path_mm - shift).mean(axis=0)
+    return np.asarray(shift)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from estimation.status import Status
+from models.errors import InputError
 from models.state_space import Array, GaussianState, StateSpaceModel
 
 
@@ -113,6 +115,35 @@ class EstimateHistory:
     def column(self, state: str) -> Array:
         """Return the estimates (n,) of one state by name."""
         return self.mean[:, self.state_names.index(state)]
+
+    def at(self, time_s: Array) -> EstimateHistory:
+        """Return the estimates at some of the instants, given exactly.
+
+        Raises
+        ------
+        InputError
+            If there is no estimate at one of them.
+        """
+        rows = np.minimum(np.searchsorted(self.time_s, time_s), len(self) - 1)
+        if (self.time_s[rows] != time_s).any():
+            missing = time_s[self.time_s[rows] != time_s][0]
+            raise InputError(f"no estimate at {missing:g} s, expected one of the run's instants")
+        return dataclasses.replace(
+            self,
+            **{
+                name: getattr(self, name)[rows]
+                for name in (
+                    "time_s",
+                    "mean",
+                    "covariance",
+                    "innovation",
+                    "innovation_covariance",
+                    "iterations",
+                    "step_time_s",
+                )
+            },
+            status=tuple(self.status[row] for row in rows),
+        )
 
     def to_pandas(self) -> pd.DataFrame:
         """Return a table: ``time_s``, the states, ``<state>_std``, ``status``, ``step_time_s``."""

@@ -157,6 +157,15 @@ class KalmanStage:
         )
         return GaussianState(x_minus, P_minus)
 
+    def derivatives(
+        self, x_lin: Array, dt: float, w_lin: Array | None = None
+    ) -> tuple[Array, Array]:
+        """Return F (n_x, n_x) and G (n_x, n_w) of a step of `dt` seconds at (x_lin, w_lin)."""
+        no_covariance = np.zeros((self.model.n_x, self.model.n_x))
+        w_lin = self._no_noise if w_lin is None else w_lin
+        _, _, F, G = self._predict(x_lin, no_covariance, x_lin, w_lin, dt)
+        return F, G
+
     def update(
         self,
         state: GaussianState,

@@ -23,7 +23,6 @@ from models.state_space import Array, GaussianState, StateSpaceModel
 RETURN_STATUS: Mapping[str, Status] = MappingProxyType(
     {
         "Solve_Succeeded": Status.SOLVED,
-        "Solved_To_Acceptable_Level": Status.SOLVED,
         "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
         "Maximum_CpuTime_Exceeded": Status.TIME_LIMIT,
         "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
@@ -254,6 +253,7 @@ class MheIpopt:
             "ipopt.sb": "yes",
             "ipopt.tol": self.config.tolerance,
             "ipopt.max_iter": self.config.max_iterations,
+            "ipopt.acceptable_iter": 0,  # solved means converged, not almost
             "ipopt.bound_relax_factor": 0.0,
         }
         if self.config.max_time_s is not None:

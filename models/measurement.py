@@ -45,19 +45,37 @@ class SymbolicReading:
 
     Parameters
     ----------
-    axes, units : components of a reading
-    h : (n_y,) expression without noise
+    h : (n_y,) expression of a reading without noise
     noise_std : (n_r,)
+    row_units : (n_r,) units of the residual's rows; those of the axes where it is None
     residual : takes y (n_y,) and returns (n_r,); y - h where it is None
     """
 
-    axes: tuple[str, ...]
-    units: tuple[str, ...]
     h: ca.SX
     noise_std: Array
     residual: Callable[[ca.SX], ca.SX] | None = None
     constant_reading: Array | None = None
     reading_limit: float | None = None
+    row_units: tuple[str, ...] | None = None
+
+
+def reading_axes(sensor: Any) -> tuple[tuple[str, str], ...]:
+    """Return (axis, SI unit) of each component of a sensor's reading.
+
+    ``(("x", "m_s2"), …)`` for an accelerometer; the units are keys of `models.units.UNITS`.
+    """
+    match sensor:
+        case Accelerometer():
+            return tuple((axis, "m_s2") for axis in sensor.axes)
+        case Gyroscope():
+            return tuple((axis, "rad_s") for axis in sensor.axes)
+        case PoseCamera():
+            return tuple((axis, "m") for axis in "xyz") + tuple((f"r{a}", "rad") for a in "xyz")
+        case Contact():
+            return (("z", "m"),)
+        case WritingArea():
+            return tuple((axis, "m") for axis in "xyz")
+    raise TypeError(f"{type(sensor).__name__} is not a sensor")
 
 
 @dataclass(frozen=True)
@@ -104,8 +122,7 @@ def _accelerometer(sensor: Accelerometer, body: MovingBody, bias: ca.SX) -> Symb
     h, noise_std = _inertial(
         sensor, force, bias, sensor.noise_density_m_s2_per_sqrt_hz, sensor.resolution_m_s2
     )
-    units = ("m_s2",) * len(sensor.axes)
-    return SymbolicReading(sensor.axes, units, h, noise_std, reading_limit=sensor.range_m_s2)
+    return SymbolicReading(h, noise_std, reading_limit=sensor.range_m_s2)
 
 
 def _gyroscope(sensor: Gyroscope, body: MovingBody, bias: ca.SX) -> SymbolicReading:
@@ -116,8 +133,7 @@ def _gyroscope(sensor: Gyroscope, body: MovingBody, bias: ca.SX) -> SymbolicRead
         sensor.noise_density_rad_s_per_sqrt_hz,
         sensor.resolution_rad_s,
     )
-    units = ("rad_s",) * len(sensor.axes)
-    return SymbolicReading(sensor.axes, units, h, noise_std, reading_limit=sensor.range_rad_s)
+    return SymbolicReading(h, noise_std, reading_limit=sensor.range_rad_s)
 
 
 def _pose_camera(sensor: PoseCamera, body: MovingBody, bias: ca.SX) -> SymbolicReading:
@@ -142,23 +158,17 @@ def _pose_camera(sensor: PoseCamera, body: MovingBody, bias: ca.SX) -> SymbolicR
 
     n_turn = 3 if body.has_spin else 2
     noise_std = np.array([sensor.position_std_m] * 3 + [sensor.orientation_std_rad] * n_turn)
-    return SymbolicReading(
-        ("x", "y", "z", "rx", "ry", "rz"), ("m",) * 3 + ("rad",) * 3, h, noise_std, residual
-    )
+    row_units = ("m",) * 3 + ("rad",) * n_turn
+    return SymbolicReading(h, noise_std, residual, row_units=row_units)
 
 
 def _contact(sensor: Contact, body: MovingBody, bias: ca.SX) -> SymbolicReading:
-    return SymbolicReading(("z",), ("m",), body.rigid.tip[2], np.array([sensor.std_m]))
+    return SymbolicReading(body.rigid.tip[2], np.array([sensor.std_m]))
 
 
 def _writing_area(sensor: WritingArea, body: MovingBody, bias: ca.SX) -> SymbolicReading:
-    return SymbolicReading(
-        ("x", "y", "z"),
-        ("m",) * 3,
-        body.rigid.tip,
-        np.full(3, sensor.std_m),
-        constant_reading=np.array(sensor.centre_m),
-    )
+    centre = np.array(sensor.centre_m)
+    return SymbolicReading(body.rigid.tip, np.full(3, sensor.std_m), constant_reading=centre)
 
 
 SYMBOLIC_READINGS: Mapping[str, Callable[[Any, MovingBody, ca.SX], SymbolicReading]] = (
@@ -186,16 +196,18 @@ def sensor_model(name: str, sensor: Any, body: MovingBody, x: ca.SX, bias: ca.SX
     bias : the sensor's bias states, a part of x, possibly empty
     """
     reading = SYMBOLIC_READINGS[sensor.kind](sensor, body, bias)
-    y = ca.SX.sym("y", len(reading.axes))
+    axes, units = zip(*reading_axes(sensor), strict=True)
+    y = ca.SX.sym("y", len(axes))
     residual = reading.residual(y) if reading.residual else y - reading.h
     return SensorModel(
         name=name,
         kind=sensor.kind,
-        axes=reading.axes,
-        unit_of_axis=reading.units,
+        axes=axes,
+        unit_of_axis=units,
         h=ca.Function(f"h_{name}", [x], [ca.densify(reading.h)], ["x"], ["y"]),
         residual=ca.Function(f"residual_{name}", [y, x], [ca.densify(residual)], ["y", "x"], ["r"]),
         noise_std=reading.noise_std,
+        unit_of_row=reading.row_units or units,
         rate_hz=sensor.rate_hz,
         delay_s=sensor.delay_s,
         constant_reading=reading.constant_reading,

@@ -10,6 +10,7 @@ vector, ``difference(a, b)`` is the tangent vector from b to a.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -48,7 +49,7 @@ class SensorModel:
     h : casadi.Function (n_x,) -> (n_y,), the reading without noise
     residual : casadi.Function (n_y,), (n_x,) -> (n_r,), y "minus" h(x); its rows
         are in the unit of `noise_std`
-    noise_std : (n_r,) standard deviation of the residual's rows
+    noise_std, unit_of_row : (n_r,) standard deviation and unit of the residual's rows
     rate_hz, delay_s : see `models.sensors.SensorBase`
     constant_reading : (n_y,) for a sensor without readings of its own, else None
     reading_limit : |y| at or beyond it is saturated, in the reading's unit
@@ -61,6 +62,7 @@ class SensorModel:
     h: ca.Function
     residual: ca.Function
     noise_std: Array
+    unit_of_row: tuple[str, ...]
     rate_hz: float | None = None
     delay_s: float = 0.0
     constant_reading: Array | None = None
@@ -211,7 +213,7 @@ class StateSpaceModel:
             lines.append(f"  {name:32s} prior {mean:10.4g} ± {std:.4g}")
         for sensor in self.sensors:
             rate = f"{sensor.rate_hz:g} Hz" if sensor.rate_hz else "as recorded"
-            noise = ", ".join(f"{std:.3g}" for std in sensor.noise_std)
+            noise = _noise_text(sensor)
             lines.append(f"  {sensor.name} ({sensor.kind}, {rate}): noise {noise}")
         return "\n".join(lines)
 
@@ -223,8 +225,7 @@ class StateSpaceModel:
             )
         )
         sensors = "".join(
-            f"<tr><td>{sensor.name}</td><td>{sensor.kind}</td>"
-            f"<td>{', '.join(f'{std:.3g}' for std in sensor.noise_std)}</td></tr>"
+            f"<tr><td>{sensor.name}</td><td>{sensor.kind}</td><td>{_noise_text(sensor)}</td></tr>"
             for sensor in self.sensors
         )
         return (
@@ -268,6 +269,16 @@ def always_regular(n_x: int) -> ca.Function:
     """Return the regularity of a model without singular coordinates: the constant 1."""
     x = ca.SX.sym("x", n_x)
     return ca.Function("regularity", [x], [ca.SX(1)], ["x"], ["margin"])
+
+
+def _noise_text(sensor: SensorModel) -> str:
+    """Return e.g. ``0.1 m/s² (3 rows), …``: equal neighbours together."""
+    parts: list[str] = []
+    for (std, unit), group in itertools.groupby(
+        zip(sensor.noise_std, sensor.unit_of_row, strict=True)
+    ):
+        parts.append(f"{std:.3g} {unit} ({len(list(group))} rows)")
+    return ", ".join(parts)
 
 
 def _check_shapes(model: StateSpaceModel) -> None:

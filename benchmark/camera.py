@@ -1,0 +1,71 @@
+"""Fewer camera frames than were recorded, and the error against those left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from estimation.estimate import EstimateHistory
+from estimation.recording import Recording
+from models.errors import InputError
+from models.state_space import SensorModel, StateSpaceModel
+
+
+def frames_per_kept(recorded_rate_hz: float | None, rate_hz: float) -> int:
+    """Return m such that every m-th frame makes `rate_hz`; it must divide the recorded rate."""
+    if recorded_rate_hz is None:
+        raise InputError("camera without rate_hz in the pen file, expected one to lower its rate")
+    every = round(recorded_rate_hz / rate_hz) if rate_hz > 0 else 0
+    if every < 1 or abs(every * rate_hz - recorded_rate_hz) > 1e-6 * recorded_rate_hz:
+        raise InputError(
+            f"camera rate {rate_hz:g} Hz does not divide the recorded {recorded_rate_hz:g} Hz"
+        )
+    return every
+
+
+@dataclass(frozen=True)
+class LeftOutError:
+    """RMS of an estimate against frames that it was not given, per unit of the residual."""
+
+    frames: int
+    rms: dict[str, float]
+
+
+def left_out_error(
+    model: StateSpaceModel,
+    sensor: SensorModel,
+    history: EstimateHistory,
+    recorded: Recording,
+    used: Recording,
+) -> LeftOutError | None:
+    """Compare an estimate with the readings of a sensor that were left out.
+
+    The newest estimate before a frame is predicted to the frame's time, so no
+    later measurement takes part.
+
+    Returns
+    -------
+    None where no frame was left out after the first estimate.
+    """
+    times, frames = recorded.sensor(sensor.name)
+    used_times, _ = used.sensor(sensor.name)
+    left_out = ~np.isin(times, used_times)
+    squares: list[np.ndarray] = []
+    for time_s, y in zip(times[left_out], frames[left_out], strict=True):
+        k = int(np.searchsorted(history.time_s, time_s, side="right")) - 1
+        if k < 0 or time_s > history.time_s[-1]:
+            continue
+        dt = time_s - history.time_s[k]
+        x = np.asarray(model.f(history.mean[k], np.zeros(model.n_w), dt)).ravel()
+        squares.append(np.asarray(sensor.residual(y, x)).ravel() ** 2)
+    if not squares:
+        return None
+    mean = np.mean(squares, axis=0)
+    rms = {
+        unit: float(
+            np.sqrt(sum(m for m, u in zip(mean, sensor.unit_of_row, strict=True) if u == unit))
+        )
+        for unit in dict.fromkeys(sensor.unit_of_row)
+    }
+    return LeftOutError(len(squares), rms)

@@ -1,0 +1,73 @@
+"""Errors of a run against the truth, in the units people read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from estimation.estimate import EstimateHistory
+from estimation.recording import Truth
+from models.errors import InputError
+from models.state_space import Array, StateSpaceModel
+
+ERROR_COLUMNS: Mapping[str, tuple[tuple[str, ...], float]] = MappingProxyType(
+    {
+        "tip_mm": (("tip_x_m", "tip_y_m", "tip_z_m"), 1e3),
+        "azimuth_deg": (("azimuth_rad",), 180 / math.pi),
+        "elevation_deg": (("elevation_rad",), 180 / math.pi),
+        "spin_deg": (("spin_rad",), 180 / math.pi),
+        "rates_deg_s": (
+            ("azimuth_rate_rad_s", "elevation_rate_rad_s", "spin_rate_rad_s"),
+            180 / math.pi,
+        ),
+    }
+)
+"""Column of an error table → (states, factor from SI)."""
+
+
+def state_errors(model: StateSpaceModel, history: EstimateHistory, truth: Truth) -> Array:
+    """Return estimate minus truth (n, n_x) at the estimates' instants.
+
+    States that the truth does not name have NaN.
+
+    Raises
+    ------
+    InputError
+        If an estimate's instant is not among the truth's.
+    """
+    rows = np.searchsorted(truth.time_s, history.time_s)
+    rows = np.minimum(rows, len(truth.time_s) - 1)
+    if np.abs(truth.time_s[rows] - history.time_s).max() > 1e-6:
+        raise InputError("truth is not given at every instant of the estimates, expected it there")
+    known = [i for i, name in enumerate(model.state_names) if name in truth.names]
+    true = np.array(history.mean)
+    columns = [truth.names.index(model.state_names[i]) for i in known]
+    true[:, known] = truth.values[rows][:, columns]
+    errors = np.array(
+        [
+            np.asarray(model.difference(estimated, actual)).ravel()
+            for estimated, actual in zip(history.mean, true, strict=True)
+        ]
+    )
+    unknown = [i for i in range(model.n_x) if i not in known]
+    errors[:, unknown] = np.nan
+    return errors
+
+
+def root_mean_square(
+    model: StateSpaceModel, errors: Array, columns: Mapping[str, tuple[tuple[str, ...], float]]
+) -> dict[str, float]:
+    """Return the RMS error per column; the norm over its states where it has several.
+
+    A column none of whose states the model has is left out.
+    """
+    result = {}
+    for column, (states, factor) in columns.items():
+        index = [model.state_names.index(state) for state in states if state in model.state_names]
+        if index:
+            squared = (errors[:, index] ** 2).sum(axis=1)
+            result[column] = float(np.sqrt(squared.mean()) * factor)
+    return result

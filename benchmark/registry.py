@@ -1,0 +1,110 @@
+"""The tables that benchmark, command line and contract tests share.
+
+An estimator or a sensor configuration exists for all of them once it has a row here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from ekf_baseline.ekf import Ekf, EkfConfig
+from estimation.estimator import Estimator
+from mhe.ipopt import MheConfig, MheIpopt
+from models.errors import InputError
+from models.pen import PenConfig, pen_model
+from models.pen_file import load_pen
+from models.state_space import StateSpaceModel
+
+
+@dataclass(frozen=True)
+class EstimatorSettings:
+    """Settings of every estimator; each reads its own.
+
+    Parameters
+    ----------
+    ekf : settings of ``ekf``
+    mhe : settings of ``mhe-ipopt``
+    """
+
+    ekf: EkfConfig = field(default_factory=EkfConfig)
+    mhe: MheConfig = field(default_factory=MheConfig)
+
+
+ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, EstimatorSettings], Estimator[Any]]] = (
+    MappingProxyType(
+        {
+            "ekf": lambda model, settings: Ekf(model, settings.ekf),
+            "mhe-ipopt": lambda model, settings: MheIpopt(model, settings.mhe),
+        }
+    )
+)
+"""Estimator name → constructor."""
+
+
+@dataclass(frozen=True)
+class SensorConfiguration:
+    """A choice of sensors of the reference pen.
+
+    Parameters
+    ----------
+    label : for tables
+    sensors : names in the pen file; the writing area stands in where no camera is
+    """
+
+    label: str
+    sensors: tuple[str, ...]
+
+
+CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
+    {
+        "accel": SensorConfiguration("accelerometer", ("accel", "area")),
+        "gyro": SensorConfiguration("gyroscope", ("gyro", "area")),
+        "accel+gyro": SensorConfiguration("both", ("accel", "gyro", "area")),
+        "accel+gyro+camera": SensorConfiguration("both with camera", ("accel", "gyro", "camera")),
+    }
+)
+"""Sensor configurations of the benchmark."""
+
+
+def create_estimator(
+    name: str, model: StateSpaceModel, settings: EstimatorSettings | None = None
+) -> Estimator[Any]:
+    """Build an estimator by name; raises `InputError` for an unknown one."""
+    if name not in ESTIMATORS:
+        raise InputError(f"estimator {name} is unknown, expected one of {', '.join(ESTIMATORS)}")
+    return ESTIMATORS[name](model, settings or EstimatorSettings())
+
+
+@cache
+def bundled_pens() -> Mapping[str, Path]:
+    """Return the pen files that come with the package, by name."""
+    folder = Path(str(resources.files("models"))) / "pens"
+    return MappingProxyType({path.stem: path for path in sorted(folder.glob("*.toml"))})
+
+
+def find_pen(pen: str | Path) -> PenConfig:
+    """Load a pen file, or a bundled pen by its name."""
+    if str(pen) in bundled_pens() and not Path(pen).exists():
+        return load_pen(bundled_pens()[str(pen)])
+    if not Path(pen).exists():
+        raise InputError(
+            f"pen file {pen} does not exist; expected a file, "
+            f"or a bundled pen: {', '.join(bundled_pens())}"
+        )
+    return load_pen(pen)
+
+
+def contract_models() -> Mapping[str, StateSpaceModel]:
+    """Return every model × configuration that estimators must work on, by name."""
+    models = {}
+    for dof in (5, 6):
+        pen = find_pen("reference").model_copy(update={"degrees_of_freedom": dof})
+        for name, configuration in CONFIGURATIONS.items():
+            models[f"pen{dof} {name}"] = pen_model(pen, configuration.sensors)
+    return MappingProxyType(models)

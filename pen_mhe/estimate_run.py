@@ -1,0 +1,137 @@
+"""The work behind ``pen-mhe estimate``: one recording, one pen, one estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from benchmark.camera import LeftOutError, frames_per_kept, left_out_error
+from benchmark.ink import TRIMMED_SAMPLES, InkMatch, ink_points_mm, match_ink, written_path_mm
+from benchmark.metrics import ERROR_COLUMNS, root_mean_square, state_errors
+from benchmark.registry import EstimatorSettings, create_estimator
+from estimation.estimate import EstimateHistory
+from estimation.estimator import run
+from estimation.recording import Recording
+from models.errors import InputError
+from models.pen import PenConfig, pen_model
+from models.state_space import StateSpaceModel
+from pen_mhe.load import Ink, LoadedRecording
+
+
+@dataclass(frozen=True)
+class CameraThinning:
+    """Keep only the frames whose index ≡ phase, modulo recorded rate / `rate_hz`."""
+
+    rate_hz: float
+    phase: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class EstimateRun:
+    """What came out of one run.
+
+    Parameters
+    ----------
+    history : one estimate per instant, camera instants included
+    output : one estimate per sample of the fastest sensor, the IMU
+    left_out : error against the camera frames that were left out
+    true_rms : RMS errors against the truth, where the recording has it
+    ink : the path laid over the ink, where there is a scan
+    zero_delay : sensors whose readings were used at their capture in spite of a delay
+    """
+
+    model: StateSpaceModel
+    used: Recording
+    history: EstimateHistory
+    output: EstimateHistory
+    left_out: LeftOutError | None
+    true_rms: dict[str, float]
+    ink: InkMatch | None
+    zero_delay: tuple[str, ...]
+
+
+def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
+    """Return the pen's sensors that the recording has."""
+    return tuple(name for name in pen.sensors if name in recording.readings)
+
+
+def estimate_recording(
+    loaded: LoadedRecording,
+    pen: PenConfig,
+    estimator: str,
+    sensors: Sequence[str] | None = None,
+    settings: EstimatorSettings | None = None,
+    thinning: CameraThinning | None = None,
+    duration_s: float | None = None,
+    on_start: Callable[[int], Callable[[object], None]] | None = None,
+) -> EstimateRun:
+    """Estimate a recording and compare with whatever reference it brings.
+
+    Parameters
+    ----------
+    sensors : names from the pen file; None takes all that the recording has
+    thinning : use fewer camera frames
+    duration_s : use only the first seconds
+    on_start : called with the number of steps; returns what is called per step
+    """
+    recording = loaded.recording
+    model = pen_model(pen, sensors or default_sensors(pen, recording))
+    measured = [s.name for s in model.sensors if s.constant_reading is None]
+    recorded = recording.select(measured)
+    if duration_s is not None:
+        recorded = recorded.first(duration_s)
+    cameras = [s for s in model.sensors if s.kind == "pose_camera"]
+    used = recorded
+    if thinning is not None:
+        if len(cameras) != 1:
+            raise InputError(
+                "camera rate given, expected exactly one pose_camera among the sensors"
+            )
+        every = frames_per_kept(cameras[0].rate_hz, thinning.rate_hz)
+        if not 0 <= thinning.phase < every:
+            raise InputError(f"camera phase {thinning.phase}, expected 0 to {every - 1}")
+        used = recorded.subsampled(cameras[0].name, every, thinning.phase)
+    on_step = on_start(len(used.time_s)) if on_start else None
+    history = run(create_estimator(estimator, model, settings), used, on_step)
+    fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
+    output = history.at(used.sensor(fastest)[0])
+    compare_frames = partial(left_out_error, model, cameras[0], history) if cameras else None
+    return EstimateRun(
+        model=model,
+        used=used,
+        history=history,
+        output=output,
+        left_out=compare_frames(recorded, used) if compare_frames else None,
+        true_rms=_true_rms(model, history, used),
+        ink=_ink_match(output, loaded.ink) if loaded.ink else None,
+        zero_delay=tuple(s.name for s in model.sensors if s.delay_s > 0),
+    )
+
+
+def _true_rms(
+    model: StateSpaceModel, history: EstimateHistory, recording: Recording
+) -> dict[str, float]:
+    if recording.truth is None:
+        return {}
+    errors = state_errors(model, history, recording.truth)
+    known = {
+        column: entry
+        for column, entry in ERROR_COLUMNS.items()
+        if set(entry[0]) & set(model.state_names) <= set(recording.truth.names)
+    }
+    return root_mean_square(model, errors, known)
+
+
+def _ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:
+    """Lay the tip over the ink; None for a part too short to compare."""
+    pressed = np.interp(output.time_s, ink.time_s, ink.pressed)
+    tip_xy = np.column_stack([output.column("tip_x_m"), output.column("tip_y_m")])
+    if len(output) <= 2 * TRIMMED_SAMPLES + 1:
+        return None
+    path = written_path_mm(tip_xy, pressed)
+    if len(path) == 0:
+        return None
+    return match_ink(path, ink_points_mm(ink.scan))

@@ -1,0 +1,124 @@
+"""Figures of estimates: path, angles with their uncertainty, step times."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from benchmark.first_light import Cell
+from benchmark.ink import InkMatch
+from estimation.estimate import EstimateHistory
+from estimation.recording import Recording, Truth
+
+ANGLES = (("azimuth_rad", "azimuth"), ("elevation_rad", "elevation"), ("spin_rad", "spin"))
+TRUTH_STYLE: dict[str, Any] = {"color": "black", "linewidth": 1.0, "label": "truth"}
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure and close it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
+def estimate_figure(
+    history: EstimateHistory, ink: InkMatch | None = None, truth: Truth | None = None
+) -> Figure:
+    """Draw the tip's path (over the ink, where there is a scan), the angles and the step times."""
+    angles = [pair for pair in ANGLES if pair[0] in history.state_names]
+    figure = plt.figure(figsize=(11, 6.5), layout="constrained")
+    grid = figure.add_gridspec(len(angles) + 1, 2, width_ratios=(3, 2))
+    path = figure.add_subplot(grid[:, 0])
+    _draw_path(path, history, ink, truth)
+    for row, (state, label) in enumerate(angles):
+        axes = figure.add_subplot(grid[row, 1])
+        _draw_angle(axes, history, state, truth)
+        axes.set_ylabel(f"{label} / °")
+        axes.tick_params(labelbottom=False)
+    steps = figure.add_subplot(grid[len(angles), 1])
+    steps.semilogy(history.time_s, history.step_time_s * 1e3, ".", markersize=2)
+    steps.set_xlabel("time / s")
+    steps.set_ylabel("step / ms")
+    figure.suptitle(f"{history.estimator}: {len(history)} samples", fontsize=11)
+    return figure
+
+
+def _draw_path(
+    axes: Axes, history: EstimateHistory, ink: InkMatch | None, truth: Truth | None
+) -> None:
+    if ink is not None:
+        axes.plot(*ink.ink_mm.T, ".", color="0.8", markersize=1, label="scanned ink")
+        axes.plot(
+            *ink.path_mm.T,
+            ".",
+            markersize=1.5,
+            label=f"tip, mean distance {ink.mean_distance_mm:.3f} mm",
+        )
+        axes.set_title("tip while it presses, shifted onto the ink", fontsize=10)
+    else:
+        x, y = history.column("tip_x_m") * 1e3, history.column("tip_y_m") * 1e3
+        axes.plot(x, y, label="estimate")
+        if truth is not None:
+            columns = [truth.names.index(name) for name in ("tip_x_m", "tip_y_m")]
+            axes.plot(*(truth.values[:, columns].T * 1e3), **TRUTH_STYLE)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x / mm")
+    axes.set_ylabel("y / mm")
+    axes.legend(loc="upper right", markerscale=6)
+
+
+def _draw_angle(axes: Axes, history: EstimateHistory, state: str, truth: Truth | None) -> None:
+    index = history.state_names.index(state)
+    value = np.degrees(np.unwrap(history.mean[:, index]))
+    band = 2 * np.degrees(history.std[:, index])
+    # The first instants are as wide as the prior and would hide the rest.
+    settled = value[len(value) // 10 :]
+    margin = 5 + 0.1 * np.ptp(settled)
+    axes.fill_between(history.time_s, value - band, value + band, alpha=0.3, label="± 2 σ")
+    axes.plot(history.time_s, value, linewidth=0.8, label="estimate")
+    if truth is not None and state in truth.names:
+        true = np.degrees(truth.values[:, truth.names.index(state)])
+        axes.plot(truth.time_s, true, **TRUTH_STYLE)
+    axes.set_ylim(settled.min() - margin, settled.max() + margin)
+
+
+def benchmark_figure(recording: Recording, cells: list[Cell]) -> Figure:
+    """Draw true and estimated elevation and tip for every configuration, both estimators."""
+    truth = recording.truth
+    assert truth is not None
+    configurations = list(dict.fromkeys(cell.configuration for cell in cells))
+    figure, axes = plt.subplots(
+        2, len(configurations), figsize=(3.4 * len(configurations), 6), layout="constrained"
+    )
+    index = truth.names.index("elevation_rad")
+    tip = [truth.names.index(name) for name in ("tip_x_m", "tip_y_m")]
+    for column, configuration in enumerate(configurations):
+        angle, path = axes[:, column]
+        angle.plot(truth.time_s, np.degrees(truth.values[:, index]), **TRUTH_STYLE)
+        path.plot(*(truth.values[:, tip].T * 1e3), **TRUTH_STYLE)
+        for cell in (c for c in cells if c.configuration == configuration):
+            history = cell.history
+            angle.plot(
+                history.time_s, np.degrees(history.column("elevation_rad")), label=cell.estimator
+            )
+            xy = np.column_stack([history.column("tip_x_m"), history.column("tip_y_m")]) * 1e3
+            path.plot(*xy.T, label=cell.estimator)
+        angle.set_title(configuration)
+        angle.set_xlabel("time / s")
+        path.set_xlabel("tip x / mm")
+        path.set_xlim(-40, 70)
+        path.set_ylim(-60, 50)
+        path.set_aspect("equal")
+        angle.set_ylim(20, 80)
+    axes[0, 0].set_ylabel("elevation / °")
+    axes[1, 0].set_ylabel("tip y / mm")
+    axes[0, -1].legend(loc="upper right")
+    return figure

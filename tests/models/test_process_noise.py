@@ -1,0 +1,175 @@
+"""White jerk over a step: the closed form, its factor, and steps that are split."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad_vec
+from scipy.linalg import expm
+
+from models.pen import ProcessNoise, kinematic_states, pen_model
+from models.process_noise import constant_acceleration, white_jerk_factor
+from models.sensors import Accelerometer, Gyroscope
+from models.state_space import StateSpaceModel
+from tests.models.pens import ACCELEROMETER, GYROSCOPE, Array, call, matrix, pen, random_state
+
+_DT = ca.SX.sym("dt")
+FACTOR = ca.Function("factor", [_DT], [white_jerk_factor(_DT)])
+TRANSITION = ca.Function("transition", [_DT], [constant_acceleration(_DT)])
+INTEGRATOR_CHAIN = np.diag([1.0, 1.0], k=1)
+STEPS_S = [1e-6, 1e-3, 0.01, 0.5, 3.0]
+RELATIVE = 1e-12
+
+TIP_DENSITY, ANGLE_DENSITY = 3.0, 70.0
+ACCEL_WALK, GYRO_WALK = 0.02, 0.004
+
+steps = st.floats(1e-5, 10.0)
+
+
+def covariance(dt: float) -> Array:
+    factor = matrix(FACTOR, dt)
+    return factor @ factor.T
+
+
+def printed_covariance(dt: float) -> Array:
+    """Q for S = 1 as the equations print it."""
+    return np.array(
+        [
+            [dt**5 / 20, dt**4 / 8, dt**3 / 6],
+            [dt**4 / 8, dt**3 / 3, dt**2 / 2],
+            [dt**3 / 6, dt**2 / 2, dt],
+        ]
+    )
+
+
+def van_loan(dt: float) -> tuple[Array, Array]:
+    """Return A and Q of the integrator chain from one matrix exponential.
+
+    Van Loan (1978), Computing integrals involving the matrix exponential.
+    """
+    jerk = np.diag([0.0, 0.0, 1.0])
+    block = np.block([[-INTEGRATOR_CHAIN, jerk], [np.zeros((3, 3)), INTEGRATOR_CHAIN.T]])
+    exponential = expm(block * dt)
+    transition = exponential[3:, 3:].T
+    return transition, transition @ exponential[:3, 3:]
+
+
+@pytest.mark.parametrize("dt", STEPS_S)
+def test_factor_is_a_factor_of_the_printed_covariance(dt: float) -> None:
+    assert covariance(dt) == pytest.approx(printed_covariance(dt), rel=RELATIVE, abs=0)
+    factor = matrix(FACTOR, dt)
+    assert np.array_equal(factor, np.tril(factor))
+    assert (np.diag(factor) > 0).all()
+
+
+@pytest.mark.parametrize("dt", [1e-3, 0.01, 0.5, 3.0])
+def test_van_loan(dt: float) -> None:
+    transition, noise = van_loan(dt)
+    assert matrix(TRANSITION, dt) == pytest.approx(transition, rel=RELATIVE, abs=0)
+    assert covariance(dt) == pytest.approx(noise, rel=1e-10, abs=0)
+
+
+@pytest.mark.parametrize("dt", STEPS_S)
+def test_quadrature(dt: float) -> None:
+    """Q = ∫ A(s) b bᵀ A(s)ᵀ ds over the step, jerk entering the acceleration."""
+
+    def integrand(s: float) -> Array:
+        jerk_response = expm(INTEGRATOR_CHAIN * s)[:, 2]
+        return np.outer(jerk_response, jerk_response)
+
+    integral, _ = quad_vec(integrand, 0.0, dt, epsabs=0.0, epsrel=1e-12)
+    assert covariance(dt) == pytest.approx(integral, rel=1e-10, abs=0)
+
+
+@given(steps, steps)
+def test_a_step_may_be_split(first: float, second: float) -> None:
+    """Q(a+b) = A(b) Q(a) A(b)ᵀ + Q(b), and A(a+b) = A(b) A(a)."""
+    A = matrix(TRANSITION, second)
+    whole = first + second
+    split = A @ covariance(first) @ A.T + covariance(second)
+    assert split == pytest.approx(covariance(whole), rel=RELATIVE, abs=0)
+    transition = A @ matrix(TRANSITION, first)
+    assert transition == pytest.approx(matrix(TRANSITION, whole), rel=RELATIVE, abs=0)
+
+
+def noisy_model(degrees_of_freedom: int) -> StateSpaceModel:
+    """Return a pen with biases that walk, on some axes."""
+    sensors = {
+        "gyro": Gyroscope(
+            **GYROSCOPE,
+            axes=("y", "x"),
+            bias_std_rad_s=0.1,
+            bias_walk_rad_s_per_sqrt_s=GYRO_WALK,
+        ),
+        "accel": Accelerometer(
+            **ACCELEROMETER, bias_std_m_s2=0.3, bias_walk_m_s2_per_sqrt_s=ACCEL_WALK
+        ),
+    }
+    noise = ProcessNoise(
+        tip_jerk_density_m_s3_per_sqrt_hz=TIP_DENSITY,
+        angle_jerk_density_rad_s3_per_sqrt_hz=ANGLE_DENSITY,
+    )
+    return pen_model(pen(degrees_of_freedom, sensors, process_noise=noise))
+
+
+def linear_parts(model: StateSpaceModel, dt: float) -> tuple[Array, Array]:
+    """Return A and Q of the whole state, column by column from f."""
+    no_state, no_noise = np.zeros(model.n_x), np.zeros(model.n_w)
+    A = np.column_stack([call(model.f, unit, no_noise, dt) for unit in np.eye(model.n_x)])
+    G = np.column_stack([call(model.f, no_state, unit, dt) for unit in np.eye(model.n_w)])
+    return A, G @ G.T
+
+
+@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+@pytest.mark.parametrize("dt", [1e-3, 0.01, 0.5])
+def test_whole_state(degrees_of_freedom: int, dt: float) -> None:
+    """Every degree of freedom alike and apart, biases as random walks."""
+    model, n_q = noisy_model(degrees_of_freedom), degrees_of_freedom
+    A, Q = linear_parts(model, dt)
+    transition, noise = van_loan(dt)
+    n_x = 3 * n_q + 5
+    expected_A, expected_Q = np.eye(n_x), np.zeros((n_x, n_x))
+    for axis in range(n_q):
+        density = TIP_DENSITY if axis < 3 else ANGLE_DENSITY
+        chain = np.ix_(*[[axis, axis + n_q, axis + 2 * n_q]] * 2)
+        expected_A[chain], expected_Q[chain] = transition, density**2 * noise
+    walks = [GYRO_WALK] * 2 + [ACCEL_WALK] * 3
+    expected_Q[3 * n_q :, 3 * n_q :] = np.diag(np.array(walks) ** 2 * dt)
+    assert pytest.approx(expected_A, rel=RELATIVE, abs=0) == A
+    assert pytest.approx(expected_Q, rel=1e-10, abs=0) == Q
+
+
+@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+def test_whole_state_over_a_split_step(degrees_of_freedom: int) -> None:
+    model = noisy_model(degrees_of_freedom)
+    A_1, Q_1 = linear_parts(model, 0.004)
+    A_2, Q_2 = linear_parts(model, 0.013)
+    A, Q = linear_parts(model, 0.017)
+    assert pytest.approx(A, rel=RELATIVE, abs=0) == A_2 @ A_1
+    assert pytest.approx(Q, rel=RELATIVE, abs=0) == A_2 @ Q_1 @ A_2.T + Q_2
+
+
+@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+def test_no_time_changes_nothing(degrees_of_freedom: int) -> None:
+    assert np.array_equal(matrix(FACTOR, 0.0), np.zeros((3, 3)))
+    assert np.array_equal(matrix(TRANSITION, 0.0), np.eye(3))
+    model, rng = noisy_model(degrees_of_freedom), np.random.default_rng(1)
+    x = random_state(rng, degrees_of_freedom, n_biases=5)
+    assert np.array_equal(call(model.f, x, rng.standard_normal(model.n_w), 0.0), x)
+
+
+@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+def test_names_follow_the_blocks(degrees_of_freedom: int) -> None:
+    """State i + n is the velocity of state i, and i + 2n its acceleration."""
+    names = [name for name, _ in kinematic_states(degrees_of_freedom)]
+    units = [unit for _, unit in kinematic_states(degrees_of_freedom)]
+    for i in range(degrees_of_freedom):
+        position, velocity, acceleration = names[i::degrees_of_freedom]
+        stem, unit = position.rsplit("_", 1)
+        assert velocity.startswith(stem)
+        assert velocity.endswith(f"_{unit}_s")
+        assert acceleration == f"{stem}_acceleration_{unit}_s2"
+        assert units[i::degrees_of_freedom] == [unit, f"{unit}/s", f"{unit}/s²"]

@@ -1,0 +1,46 @@
+"""The Kalman filter as textbooks have it, in NumPy: gain, Joseph form, missing rows deleted.
+
+Särkkä (2013), Bayesian Filtering and Smoothing, Theorem 4.2; Bierman (1977)
+for the Joseph form.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Mean and covariance after an update, with the innovation of the rows that were there."""
+
+    mean: Array
+    covariance: Array
+    rows: NDArray[np.intp]
+    innovation: Array
+    innovation_covariance: Array
+
+
+def predict(mean: Array, covariance: Array, F: Array, Q: Array) -> tuple[Array, Array]:
+    """x⁻ = F x, P⁻ = F P Fᵀ + Q."""
+    return F @ mean, F @ covariance @ F.T + Q
+
+
+def joseph(covariance: Array, K: Array, H: Array, R: Array) -> Array:
+    """P⁺ = (I - K H) P⁻ (I - K H)ᵀ + K R Kᵀ."""
+    remainder = np.eye(len(covariance)) - K @ H
+    return remainder @ covariance @ remainder.T + K @ R @ K.T
+
+
+def update(mean: Array, covariance: Array, y: Array, H: Array, R: Array) -> Posterior:
+    """Condition on y = H x + noise; rows of y that are NaN are deleted beforehand."""
+    rows = np.flatnonzero(~np.isnan(y))
+    y, H, R = y[rows], H[rows], R[np.ix_(rows, rows)]
+    S = H @ covariance @ H.T + R
+    K = np.linalg.solve(S, H @ covariance).T
+    innovation = y - H @ mean
+    return Posterior(mean + K @ innovation, joseph(covariance, K, H, R), rows, innovation, S)
