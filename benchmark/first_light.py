@@ -13,7 +13,7 @@ from benchmark.registry import CONFIGURATIONS, ESTIMATORS, create_estimator
 from benchmark.simulate import simulate_recording
 from estimation.estimate import EstimateHistory
 from estimation.estimator import run
-from estimation.observability import Observability, observability
+from estimation.information_bound import InformationBound, information_bound
 from estimation.recording import Recording
 from models.pen import PenConfig, pen_model
 from models.state_space import StateSpaceModel
@@ -54,8 +54,7 @@ def run_cells(
         model = pen_model(pen, configuration.sensors)
         measured = [s.name for s in model.sensors if s.constant_reading is None]
         selected = recording.select(measured)
-        # The writing area is knowledge, not a reading: it makes nothing visible.
-        verdict = judge(pen_model(pen, measured), selected)
+        verdict = judge(model, selected)
         for estimator in ESTIMATORS:
             history = run(create_estimator(estimator, model), selected)
             row = table_row(configuration.label, estimator, model, selected, history, verdict)
@@ -65,14 +64,14 @@ def run_cells(
     return recording, cells
 
 
-def judge(model: StateSpaceModel, recording: Recording) -> Observability:
+def judge(model: StateSpaceModel, recording: Recording) -> InformationBound:
     """Return what a configuration can see along the true motion of a recording."""
     truth = recording.truth
     assert truth is not None
     rows = np.searchsorted(truth.time_s, recording.time_s)
     columns = [truth.names.index(name) for name in model.state_names]
     states = truth.values[rows][:, columns]
-    return observability(model, recording.measurements(model), states)
+    return information_bound(model, recording.measurements(model), states)
 
 
 def table_row(
@@ -81,7 +80,7 @@ def table_row(
     model: StateSpaceModel,
     recording: Recording,
     history: EstimateHistory,
-    verdict: Observability,
+    verdict: InformationBound,
 ) -> dict[str, object]:
     """Return one row of the table: RMS errors, or `NOT_OBSERVABLE`."""
     assert recording.truth is not None

@@ -84,7 +84,7 @@ class Ekf:
         if not (np.isfinite(gaussian.mean).all() and np.isfinite(gaussian.covariance).all()):
             status |= Status.NOT_FINITE
             gaussian = predicted
-        status |= remarks(self.model, gaussian.mean, bool(update.present.any()))
+        status |= remarks(self.model, gaussian.mean, measurement.y, update.present)
         estimate = Estimate(
             time_s + dt,
             gaussian,

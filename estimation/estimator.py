@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterable
 from typing import Protocol, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.recording import Measurement, Recording
 from estimation.status import Status
-from models.state_space import StateSpaceModel
+from models.state_space import Array, StateSpaceModel
 
 StateT = TypeVar("StateT")
 
@@ -72,9 +73,18 @@ def run_measurements(
     return EstimateHistory.collect(estimator.name, estimator.model, estimates, step_times)
 
 
-def remarks(model: StateSpaceModel, mean: np.ndarray, has_reading: bool) -> Status:
-    """Return the remarks that any estimator makes on an estimate."""
-    status = Status.SOLVED if has_reading else Status.NO_READING
+def remarks(model: StateSpaceModel, mean: Array, y: Array, used: NDArray[np.bool_]) -> Status:
+    """Return the remarks that any estimator makes on an estimate.
+
+    Parameters
+    ----------
+    mean : (n_x,) the estimate
+    y : (n_y,) the readings of the step
+    used : (n_r,) the rows of the residual that were used
+    """
+    status = Status.SOLVED if used.any() else Status.NO_READING
+    if np.isinf(y).any():
+        status |= Status.INFINITE_READING
     if abs(float(model.regularity(mean))) < REGULARITY_LIMIT:
         status |= Status.NEAR_SINGULAR
     return status

@@ -185,7 +185,7 @@ class KalmanStage:
             state.mean,
             state.covariance,
             state.mean if x_lin is None else x_lin,
-            np.nan_to_num(y, nan=0.0),
+            without_gaps(y),
             present,
         )
         W, H = W.reshape(self.model.n_x, -1), H.reshape(-1, self.model.n_x)
@@ -195,5 +195,10 @@ class KalmanStage:
 
 def rows_present(model: StateSpaceModel, y: Array) -> NDArray[np.bool_]:
     """Return which rows (n_r,) of the stacked residual have all readings they need."""
-    missing: NDArray[np.bool_] = model.row_needs @ np.isnan(y)
+    missing: NDArray[np.bool_] = model.row_needs @ ~np.isfinite(y)
     return ~missing
+
+
+def without_gaps(y: Array) -> Array:
+    """Return readings (n_y,) with zero where there is none, as symbols need numbers."""
+    return np.where(np.isfinite(y), y, 0.0)

@@ -11,6 +11,7 @@ class Status(enum.Flag):
     SOLVED = 0
     NO_READING = enum.auto()
     LATE = enum.auto()
+    INFINITE_READING = enum.auto()
     GATED = enum.auto()
     NEAR_SINGULAR = enum.auto()
     ITERATION_LIMIT = enum.auto()
@@ -48,6 +49,7 @@ SENTENCES = {
     Status.SOLVED: "The step was solved.",
     Status.NO_READING: "No sensor had a reading; the estimate is a prediction.",
     Status.LATE: "A reading was older than the newest state and was not used.",
+    Status.INFINITE_READING: "A reading was infinite and was not used.",
     Status.GATED: "A reading was too far from its prediction and was not used.",
     Status.NEAR_SINGULAR: "The pen is almost upright, where azimuth and spin are one.",
     Status.ITERATION_LIMIT: "The solver stopped at its iteration limit; best point returned.",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -26,6 +26,7 @@ RETURN_STATUS: Mapping[str, Status] = MappingProxyType(
         "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
         "Maximum_CpuTime_Exceeded": Status.TIME_LIMIT,
         "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
+        "Invalid_Number_Detected": Status.NOT_FINITE,
         "Infeasible_Problem_Detected": Status.INFEASIBLE,
     }
 )
@@ -120,10 +121,22 @@ class MheIpopt:
         """Slide the window onto the measurement and solve it."""
         if state.measurements and measurement.time_s < state.measurements[-1].time_s:
             return state, self._late(state)
+        window, estimate = self._attempt(state, measurement)
+        if Status.NOT_FINITE not in estimate.status:
+            return window, estimate
+        # A reading so far off that its square overflows would spoil the window for N
+        # steps: the instant stays, its readings go.
+        nothing = Measurement(measurement.time_s, np.full(self.model.n_y, np.nan))
+        window, estimate = self._attempt(state, nothing)
+        return window, replace(estimate, status=estimate.status | Status.NOT_FINITE)
+
+    def _attempt(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
         window, guess = self._slide(state, measurement)
         trajectory, status, iterations = self._solve(window, guess)
         newest, newest_state = self._covariance_pass(window, trajectory)
-        status |= remarks(self.model, newest_state.mean, bool(newest.present.any()))
+        if not np.isfinite(newest_state.covariance).all():
+            status |= Status.NOT_FINITE
+        status |= remarks(self.model, newest_state.mean, measurement.y, newest.present)
         window = MheState(
             window.prior, window.measurements, window.predictions, trajectory, newest_state.std
         )
@@ -248,6 +261,7 @@ class MheIpopt:
         options: dict[str, Any] = {
             "print_time": False,
             "error_on_fail": False,
+            "show_eval_warnings": False,  # the status says it
             "calc_lam_p": False,  # not used, and not finite at Δt = 0
             "ipopt.print_level": 0,
             "ipopt.sb": "yes",

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from estimation.kalman_stage import rows_present, stacked_residual
+from estimation.kalman_stage import rows_present, stacked_residual, without_gaps
 from estimation.recording import Measurement
 from models.state_space import Array, GaussianState, StateSpaceModel
 
@@ -114,7 +114,7 @@ class WindowProblem:
         dt = np.zeros(self.n_intervals)
         for k, measurement in enumerate(measurements, start=n_pad):
             present[k] = rows_present(model, measurement.y)
-            y[k] = np.nan_to_num(measurement.y, nan=0.0)
+            y[k] = without_gaps(measurement.y)
         times = np.array([measurement.time_s for measurement in measurements])
         dt[n_pad:] = np.diff(times)
         L_prior = np.linalg.cholesky(prior.covariance)

@@ -79,11 +79,11 @@ class PenRun:
     measurements: list[Measurement]
 
 
-def draw_pen_run(n: int, seed: int) -> PenRun:
+def draw_pen_run(n: int, seed: int, mean: Array = PRIOR_MEAN) -> PenRun:
     """Draw a motion from the model, irregular stamps, a slow camera and missing rows."""
     rng = np.random.default_rng(seed)
     times = np.cumsum(rng.uniform(0.004, 0.016, n))
-    x = PRIOR_MEAN + PRIOR_STD * rng.standard_normal(15)
+    x = mean + PRIOR_STD * rng.standard_normal(15)
     states = [x]
     for dt in np.diff(times):
         F, G = white_jerk_step(float(dt), DENSITIES)

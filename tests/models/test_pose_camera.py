@@ -111,6 +111,10 @@ _V = ca.SX.sym("v", 3)
 EXP = ca.Function("exp", [_V], [rotation_matrix(_V)])
 EXP_SLOPE = ca.Function("slope", [_V], [ca.jacobian(ca.vec(rotation_matrix(_V)), _V)])
 
+_AGAIN = rotation_vector(rotation_matrix(_V))
+AGAIN_SLOPE = ca.Function("slope", [_V], [ca.jacobian(_AGAIN, _V)])
+AGAIN_CURVATURE = ca.Function("curvature", [_V], [ca.hessian(ca.sumsqr(_AGAIN) / 2, _V)[0]])
+
 NEAR_ZERO = [0.0, 1e-300, 1e-12, 9e-7, 1.1e-6, 1e-3, 0.5]
 """Both sides of the switch to the limit of the formula, at 1e-6 rad."""
 AXES = [*np.eye(3), np.ones(3) / np.sqrt(3), np.array([0.6, 0.0, -0.8])]
@@ -131,6 +135,30 @@ def test_rotation_vector_of_a_matrix(axis: Array, angle: float) -> None:
     tolerance = 1e-15 / np.sinc(angle / np.pi)
     rotation = Rotation.from_rotvec(angle * axis).as_matrix()
     assert call(LOG, rotation) == pytest.approx(angle * axis, abs=tolerance)
+
+
+@pytest.mark.parametrize("angle", [*NEAR_ZERO, 3.0])
+@pytest.mark.parametrize("axis", AXES, ids=str)
+def test_vector_to_matrix_and_back_has_slope_one(axis: Array, angle: float) -> None:
+    """Log(Exp(v)) = v, so its Jacobian is I, and so is the Hessian of ½|Log(Exp(v))|².
+
+    IPOPT takes the second. Rounding of 1e-16 is divided by the angle, once and twice.
+    """
+    slope = matrix(AGAIN_SLOPE, angle * axis)
+    curvature = matrix(AGAIN_CURVATURE, angle * axis)
+    assert slope == pytest.approx(np.eye(3), abs=1e-9)
+    assert curvature == pytest.approx(np.eye(3), abs=1e-9)
+
+
+@pytest.mark.parametrize("function", [LOG_SLOPE, EXP_SLOPE], ids=["Log", "Exp"])
+def test_slope_at_rest(function: ca.Function) -> None:
+    """At the identity: Log picks the skew part, Exp gives [e_k]×."""
+    generators = [np.cross(unit, np.eye(3)).T for unit in np.eye(3)]
+    columns = np.column_stack([generator.ravel(order="F") for generator in generators])
+    if function is EXP_SLOPE:
+        assert matrix(function, np.zeros(3)) == pytest.approx(columns, abs=1e-15)
+    else:
+        assert matrix(function, np.eye(3)) == pytest.approx(columns.T / 2, abs=1e-15)
 
 
 @pytest.mark.parametrize("distance", [0.0, 1e-12, 9e-7, 1.1e-6, 1e-3])

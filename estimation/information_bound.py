@@ -1,0 +1,64 @@
+"""How well any estimator can do: the information bound along a known motion.
+
+The Kalman stage, linearised at the true states, gives the covariance that the
+readings, the process noise and the prior leave (the posterior Cramér-Rao
+bound, evaluated at one trajectory). No estimator takes part.
+
+References
+----------
+Tichavský, Muravchik, Nehorai (1998), Posterior Cramér-Rao bounds for
+discrete-time nonlinear filtering, IEEE Trans. Signal Processing 46(5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from estimation.kalman_stage import KalmanStage
+from estimation.recording import Measurement
+from models.state_space import Array, GaussianState, StateSpaceModel
+
+OBSERVABLE_FRACTION = 0.3
+"""A state counts as observable when its bound falls below this part of the prior's
+standard deviation; smaller is stricter."""
+
+
+@dataclass(frozen=True, eq=False)
+class InformationBound:
+    """Lowest standard deviations (n, n_x) along a motion, beside the prior's (n_x,)."""
+
+    state_names: tuple[str, ...]
+    std: Array
+    prior_std: Array
+
+    def sees(self, state: str) -> bool:
+        """Whether the readings say more about a state at the end than the prior did."""
+        index = self.state_names.index(state)
+        return bool(self.std[-1, index] < OBSERVABLE_FRACTION * self.prior_std[index])
+
+
+def information_bound(
+    model: StateSpaceModel, measurements: Iterable[Measurement], states: Array
+) -> InformationBound:
+    """Return the bound along known states.
+
+    Parameters
+    ----------
+    measurements : only their times and which rows are present matter, and, for
+        sensors whose residual is curved, where they are linearised
+    states : (n, n_x) the true states, one per measurement
+    """
+    stage = KalmanStage(model)
+    covariance, std = model.prior.covariance, []
+    before: tuple[float, Array] | None = None
+    for measurement, x in zip(measurements, states, strict=True):
+        if before is not None:
+            dt = measurement.time_s - before[0]
+            covariance = stage.predict(GaussianState(before[1], covariance), dt).covariance
+        covariance = stage.update(GaussianState(x, covariance), measurement.y).state.covariance
+        std.append(np.sqrt(np.diag(covariance)))
+        before = (measurement.time_s, x)
+    return InformationBound(model.state_names, np.array(std), model.prior.std)

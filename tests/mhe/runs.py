@@ -1,0 +1,59 @@
+"""Running an MHE over measurements, and the same window as a batch problem."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from estimation.estimate import Estimate
+from estimation.recording import Measurement
+from mhe.ipopt import MheConfig, MheIpopt
+from models.state_space import Array, StateSpaceModel
+from tests.linear_models import LinearSystem
+from tests.references.batch import BatchProblem, linear_readings
+
+
+def run_mhe(
+    model: StateSpaceModel, measurements: list[Measurement], config: MheConfig
+) -> list[Estimate]:
+    """Return the estimates of all steps."""
+    mhe = MheIpopt(model, config)
+    state, estimates = mhe.init(), []
+    for measurement in measurements:
+        state, estimate = mhe.step(state, measurement)
+        estimates.append(estimate)
+    return estimates
+
+
+def full_length(measurements: list[Measurement]) -> int:
+    """Return the horizon of a window over all measurements."""
+    return len(measurements) - 1
+
+
+def linear_batch(
+    system: LinearSystem,
+    measurements: list[Measurement],
+    mean: Array | None = None,
+    covariance: Array | None = None,
+) -> BatchProblem:
+    """Return the batch problem of a window; the model's prior unless another is given."""
+    prior = system.model.prior
+    steps = system.steps(np.array([m.time_s for m in measurements]))
+    y = np.array([m.y for m in measurements])
+    return BatchProblem(
+        prior.mean if mean is None else mean,
+        np.linalg.cholesky(prior.covariance if covariance is None else covariance),
+        [F for F, _ in steps],
+        [G for _, G in steps],
+        linear_readings(y, system.H, np.sqrt(np.diag(system.R))),
+    )
+
+
+def with_empty_stages(measurements: list[Measurement]) -> list[Measurement]:
+    """Insert a stage without readings into two of three gaps."""
+    filled = measurements[:1]
+    for k, measurement in enumerate(measurements[1:]):
+        if k % 3:
+            between = filled[-1].time_s + 0.37 * (measurement.time_s - filled[-1].time_s)
+            filled.append(Measurement(between, np.full_like(measurement.y, np.nan)))
+        filled.append(measurement)
+    return filled

@@ -1,0 +1,78 @@
+"""On a linear model the MHE with a filtered arrival cost is the Kalman filter, for every N."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from estimation.status import Status
+from mhe.ipopt import MheConfig
+from tests.linear_models import (
+    constant_acceleration_system,
+    coupled_system,
+    irregular_times,
+    random_walk_system,
+)
+from tests.mhe.runs import run_mhe
+from tests.references import kalman
+
+SYSTEMS = {
+    "one axis": constant_acceleration_system(1),
+    "two axes": constant_acceleration_system(2, density=20.0),
+    "coupled": coupled_system(3),
+    "walk": random_walk_system(2, q=1.0, r=0.3, p0=4.0),
+}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("horizon", [1, 5, 20, 50])
+def test_every_step_is_the_textbook_filters(name: str, horizon: int) -> None:
+    system, rng = SYSTEMS[name], np.random.default_rng(31)
+    measurements = system.simulate(irregular_times(70, rng), rng, missing=0.35)
+    estimates = run_mhe(system.model, measurements, MheConfig(horizon=horizon))
+    x, P = system.model.prior.mean, system.model.prior.covariance
+    missing_rows = 0
+    for k, (measurement, estimate) in enumerate(zip(measurements, estimates, strict=True)):
+        if k:
+            dt = measurement.time_s - measurements[k - 1].time_s
+            x, P = kalman.predict(x, P, system.F(dt), system.Q(dt))
+        wanted = kalman.update(x, P, measurement.y, system.H, system.R)
+        x, P = wanted.mean, wanted.covariance
+        std = np.sqrt(np.diag(P))
+        assert np.abs((estimate.state.mean - x) / std).max() < 1e-9
+        assert np.abs((estimate.state.covariance - P) / np.outer(std, std)).max() < 1e-9
+        assert estimate.status is (Status.SOLVED if len(wanted.rows) else Status.NO_READING)
+        np.testing.assert_array_equal(np.isnan(estimate.innovation), np.isnan(measurement.y))
+        missing_rows += int(np.isnan(measurement.y).sum())
+    assert missing_rows > 20
+
+
+@pytest.mark.parametrize("horizon", [1, 5])
+def test_innovations_are_the_filters(horizon: int) -> None:
+    """The newest stage's innovation on a linear model is y - H x⁻, its covariance S."""
+    system, rng = SYSTEMS["coupled"], np.random.default_rng(32)
+    measurements = system.simulate(irregular_times(25, rng), rng, missing=0.3)
+    estimates = run_mhe(system.model, measurements, MheConfig(horizon=horizon))
+    x, P = system.model.prior.mean, system.model.prior.covariance
+    for k, (measurement, estimate) in enumerate(zip(measurements, estimates, strict=True)):
+        if k:
+            dt = measurement.time_s - measurements[k - 1].time_s
+            x, P = kalman.predict(x, P, system.F(dt), system.Q(dt))
+        wanted = kalman.update(x, P, measurement.y, system.H, system.R)
+        x, P, rows = wanted.mean, wanted.covariance, wanted.rows
+        std = np.sqrt(np.diag(wanted.innovation_covariance))
+        S = estimate.innovation_covariance[np.ix_(rows, rows)]
+        error_S = (S - wanted.innovation_covariance) / np.outer(std, std)
+        assert np.abs((estimate.innovation[rows] - wanted.innovation) / std).max(initial=0) < 1e-9
+        assert np.abs(error_S).max(initial=0) < 1e-9
+
+
+def test_window_slides_over_the_last_stages() -> None:
+    system, rng = SYSTEMS["one axis"], np.random.default_rng(33)
+    measurements = system.simulate(irregular_times(12, rng), rng)
+    estimates = run_mhe(system.model, measurements, MheConfig(horizon=5))
+    times = [measurement.time_s for measurement in measurements]
+    for k, estimate in enumerate(estimates):
+        assert estimate.window is not None
+        np.testing.assert_array_equal(estimate.window.time_s, times[max(0, k - 5) : k + 1])
+        np.testing.assert_array_equal(estimate.window.states[-1], estimate.state.mean)

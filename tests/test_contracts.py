@@ -1,0 +1,80 @@
+"""Every model and every model × estimator pair of the registry keeps its contract."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from benchmark.registry import (
+    ESTIMATORS,
+    EstimatorSettings,
+    contract_models,
+    create_estimator,
+    find_pen,
+)
+from benchmark.simulate import simulate_recording
+from estimation.estimator import run_measurements
+from estimation.recording import Measurement, Recording
+from mhe.arrival_cost import ARRIVAL_COSTS
+from mhe.ipopt import MheConfig
+from tests.contracts import check_failures, check_history, check_inputs_unchanged, check_model
+
+DURATION_S = 0.25
+MODELS = contract_models()
+QUICK = EstimatorSettings(mhe=MheConfig(horizon=5))
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+
+@cache
+def recording(degrees_of_freedom: int) -> Recording:
+    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    sensors = ["accel", "gyro", "camera"]
+    return simulate_recording(pen, sensors, "turn", DURATION_S + 0.3, seed=1)
+
+
+def measurements(name: str) -> list[Measurement]:
+    model = MODELS[name]
+    measured = [s.name for s in model.sensors if s.constant_reading is None]
+    source = recording(5 if name.startswith("pen5") else 6).select(measured)
+    moving = [m for m in source.measurements(model) if m.time_s >= 0.3]
+    # A dropout: one instant without any reading.
+    moving[5] = Measurement(moving[5].time_s, np.full(model.n_y, np.nan))
+    return moving
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_model(name: str) -> None:
+    check_model(MODELS[name], np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("name", MODELS)
+def test_history_and_determinism(name: str, estimator: str) -> None:
+    steps = measurements(name)
+    first = run_measurements(create_estimator(estimator, MODELS[name], QUICK), steps)
+    check_history(MODELS[name], first, len(steps))
+    again = run_measurements(create_estimator(estimator, MODELS[name], QUICK), steps)
+    np.testing.assert_array_equal(first.mean, again.mean)
+    np.testing.assert_array_equal(first.covariance, again.covariance)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("name", MODELS)
+def test_inputs_unchanged_and_failures(name: str, estimator: str) -> None:
+    built = create_estimator(estimator, MODELS[name], QUICK)
+    steps = measurements(name)[:8]
+    check_inputs_unchanged(built, steps)
+    check_failures(built, steps)
+
+
+@pytest.mark.parametrize("arrival_cost", ARRIVAL_COSTS)
+def test_every_arrival_cost(arrival_cost: str) -> None:
+    name = "pen6 accel+gyro+camera"
+    settings = EstimatorSettings(mhe=MheConfig(horizon=5, arrival_cost=arrival_cost))
+    steps = measurements(name)
+    history = run_measurements(create_estimator("mhe-ipopt", MODELS[name], settings), steps)
+    check_history(MODELS[name], history, len(steps))
+    assert history.solved_fraction == 1.0

@@ -1,0 +1,64 @@
+"""Imports follow the arrows of the house, inside functions too."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+MAY_IMPORT = {
+    "models": set(),
+    "estimation": {"models"},
+    "ekf_baseline": {"models", "estimation"},
+    "classical_baseline": {"models", "estimation"},
+    "mhe": {"models", "estimation"},
+    "benchmark": {"models", "estimation", "ekf_baseline", "classical_baseline", "mhe"},
+    "pen_mhe": {
+        "models",
+        "estimation",
+        "ekf_baseline",
+        "classical_baseline",
+        "mhe",
+        "benchmark",
+    },
+}
+"""Room → rooms that it may import, itself aside."""
+
+SOURCES = [path for room in MAY_IMPORT for path in sorted((ROOT / room).rglob("*.py"))]
+
+
+def imported_rooms(source: str, package: str) -> set[str]:
+    """Return the rooms that a module imports anywhere in its code."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(source)):
+        match node:
+            case ast.Import():
+                names.update(alias.name.split(".")[0] for alias in node.names)
+            case ast.ImportFrom():
+                names.add(package if node.level else (node.module or "").split(".")[0])
+            case ast.Call(func=ast.Attribute(attr="import_module") | ast.Name(id="__import__")):
+                names.update(
+                    str(argument.value).split(".")[0]
+                    for argument in node.args
+                    if isinstance(argument, ast.Constant)
+                )
+    return names & (set(MAY_IMPORT) | {"tests"})
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_imports_follow_the_arrows(path: Path) -> None:
+    room = path.relative_to(ROOT).parts[0]
+    against = imported_rooms(path.read_text("utf-8"), room) - MAY_IMPORT[room] - {room}
+    assert not against, f"{path.name} in {room} imports {against}"
+
+
+def test_imports_inside_functions_are_seen() -> None:
+    source = "def f():\n    from mhe.ipopt import x\n    importlib.import_module('benchmark.ink')"
+    assert imported_rooms(source, "models") == {"mhe", "benchmark"}
+
+
+def test_every_room_has_a_row() -> None:
+    rooms = {path.parent.name for path in ROOT.glob("*/__init__.py")} - {"tests"}
+    assert rooms <= set(MAY_IMPORT)
