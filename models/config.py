@@ -54,12 +54,15 @@ def _scaled(value: Any, factor: float) -> Any:
         return value * factor
     if isinstance(value, list | tuple):
         return [_scaled(item, factor) for item in value]
-    return value
+    if value is None:
+        return None
+    raise ValueError(f"expected a number, got {value!r}")
 
 
 def _unknown_key(key: str, config: type[BaseModel]) -> str:
-    for field in config.model_fields:
+    by_stem = sorted(config.model_fields, key=lambda name: len(split_unit(name)[0]), reverse=True)
+    for field in by_stem:
         stem, unit = split_unit(field)
-        if unit and key.startswith(stem):
+        if unit and key.startswith(stem + "_"):
             return f"unknown key {key}; expected {' or '.join(accepted_names(field))}"
     return f"unknown key {key}; expected one of {', '.join(sorted(config.model_fields))}"

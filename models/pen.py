@@ -44,6 +44,10 @@ _TIP = ("tip_x", "tip_y", "tip_z")
 _ANGLES = ("azimuth", "elevation", "spin")
 
 
+Limit = Annotated[float, Field(allow_inf_nan=True)]
+"""A bound in a pen file; inf leaves that side open, NaN is refused by the model."""
+
+
 class ProcessNoise(UnitConfig):
     """Square roots of the spectral densities of white jerk.
 
@@ -93,7 +97,7 @@ class PenConfig(UnitConfig):
     fixed_spin_rad: float = 0.0
     process_noise: ProcessNoise = ProcessNoise()
     prior: Prior = Prior()
-    bounds: Mapping[str, tuple[float, float]] = Field(default_factory=dict)
+    bounds: Mapping[str, tuple[Limit, Limit]] = Field(default_factory=dict)
     sensors: Annotated[Mapping[str, Sensor], Field(min_length=1)]
 
 

@@ -37,10 +37,9 @@ def load_pen(path: str | Path) -> PenConfig:
     path = Path(path)
     try:
         text = path.read_text("utf-8")
-    except OSError as error:
-        raise InputError(
-            f"pen file {path}: {error.strerror}, expected a readable TOML file"
-        ) from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "is not UTF-8"
+        raise InputError(f"pen file {path}: {reason}, expected a readable TOML file") from None
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -64,7 +63,7 @@ def _with_preset(name: str, sensor: Any, where: str) -> Any:
     if not isinstance(sensor, dict) or "preset" not in sensor:
         return sensor
     preset_name = sensor["preset"]
-    if preset_name not in _preset_table():
+    if not isinstance(preset_name, str) or preset_name not in _preset_table():
         raise InputError(
             f"{where}: key sensors.{name}.preset: unknown preset {preset_name}; "
             f"expected one of {', '.join(_preset_table())}"
@@ -82,10 +81,14 @@ def _with_preset(name: str, sensor: Any, where: str) -> Any:
 def _one_sentence(error: ValidationError, where: str) -> str:
     first = error.errors(include_url=False, include_context=False)[0]
     # A discriminated union adds the kind to the location: it is not a key.
-    keys = [str(part) for part in first["loc"] if part not in SENSOR_KINDS]
+    loc = first["loc"]
+    keys = [str(part) for i, part in enumerate(loc) if loc[0] != "sensors" or i != 2]
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "missing":
         message = "is missing"
+    if first["type"] == "union_tag_not_found":
+        keys.append("kind")
+        message = f"is missing, expected one of {', '.join(SENSOR_KINDS)}"
     more = error.error_count() - 1
     rest = f" (and {more} more)" if more else ""
     return f"{where}: key {'.'.join(keys) or '(top level)'}: {message}{rest}"

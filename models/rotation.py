@@ -70,12 +70,29 @@ def _angle_over_sine(sine_squared: ca.SX, cosine: ca.SX) -> ca.SX:
 def rotation_vector(matrix: ca.SX) -> ca.SX:
     """Return the (3,) rotation vector (rad) of a (3, 3) rotation matrix, Log(R).
 
-    Valid for angles up to π; at exactly π, where the axis is not unique, it
-    returns zero instead of NaN.
+    Valid for angles up to π. Within 1e-6 rad of π, where the skew part vanishes,
+    it is half a turn about the axis of the symmetric part, of either sign.
     """
     sine_axis = vee(matrix - matrix.T) / 2
     cosine = (ca.trace(matrix) - 1) / 2
-    return sine_axis * _angle_over_sine(ca.sumsqr(sine_axis), cosine)
+    sine_squared = ca.sumsqr(sine_axis)
+    is_half_turn = ca.logic_and(sine_squared < SMALL_ANGLE_SQUARED, cosine < 0)
+    return ca.if_else(
+        is_half_turn,
+        ca.pi * _half_turn_axis(matrix),
+        sine_axis * _angle_over_sine(sine_squared, cosine),
+    )
+
+
+def _half_turn_axis(matrix: ca.SX) -> ca.SX:
+    """Return the unit axis a of R = 2 a aᵀ - I: the longest column of R + I."""
+    columns, x, y, z = matrix + ca.SX.eye(3), matrix[0, 0], matrix[1, 1], matrix[2, 2]
+    longest = ca.if_else(
+        ca.logic_and(x >= y, x >= z),
+        columns[:, 0],
+        ca.if_else(y >= z, columns[:, 1], columns[:, 2]),
+    )
+    return longest / ca.norm_2(longest)
 
 
 def rotation_matrix(vector: ca.SX) -> ca.SX:

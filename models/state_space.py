@@ -300,11 +300,32 @@ def _check_shapes(model: StateSpaceModel) -> None:
     for sensor in model.sensors:
         expected[f"{sensor.name}: h"] = (sensor.h.numel_out(0), sensor.n_y)
         expected[f"{sensor.name}: residual"] = (sensor.residual.numel_out(0), sensor.n_r)
+        expected[f"{sensor.name}: h's state"] = (sensor.h.numel_in(0), n_x)
+        expected[f"{sensor.name}: residual's reading"] = (sensor.residual.numel_in(0), sensor.n_y)
+        expected[f"{sensor.name}: residual's state"] = (sensor.residual.numel_in(1), n_x)
+        expected[f"{sensor.name}: unit_of_axis"] = (len(sensor.unit_of_axis), sensor.n_y)
+        expected[f"{sensor.name}: unit_of_row"] = (len(sensor.unit_of_row), sensor.n_r)
+        if sensor.constant_reading is not None:
+            size = sensor.constant_reading.size
+            expected[f"{sensor.name}: constant_reading"] = (size, sensor.n_y)
     for what, (size, wanted) in expected.items():
         if size != wanted:
             raise InputError(f"model {model.name}: {what} has {size} entries, expected {wanted}")
+    mean, covariance = model.prior.mean, model.prior.covariance
+    for what, array, shape in (("mean", mean, (n_x,)), ("covariance", covariance, (n_x, n_x))):
+        if array.shape != shape:
+            raise InputError(
+                f"model {model.name}: the prior {what} has shape {array.shape}, expected {shape}"
+            )
+        if not np.isfinite(array).all():
+            raise InputError(
+                f"model {model.name}: the prior {what} has entries that are not finite"
+            )
+    asymmetry = np.abs(covariance - covariance.T)
+    if (asymmetry > 1e-9 * np.abs(covariance).max()).any():
+        raise InputError(f"model {model.name}: the prior covariance is not symmetric")
     try:
-        np.linalg.cholesky(model.prior.covariance)
+        np.linalg.cholesky(covariance)
     except np.linalg.LinAlgError:
         raise InputError(
             f"model {model.name}: the prior covariance is not positive definite"

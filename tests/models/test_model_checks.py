@@ -72,7 +72,6 @@ def with_sensor(changes: dict[str, Any]) -> StateSpaceModel:
     return PEN.replace(sensors=(dataclasses.replace(PEN.sensor("accel"), **changes),))
 
 
-@pytest.mark.xfail(strict=True, reason="arguments of h and residual are not checked")
 @pytest.mark.parametrize(
     "changes",
     [
@@ -101,7 +100,6 @@ def test_prior_must_be_positive_definite(variance: float) -> None:
 SKEWED = np.eye(N) + np.eye(N, k=1) / 2
 
 
-@pytest.mark.xfail(strict=True, reason="the prior is checked for its size and by a Cholesky only")
 @pytest.mark.parametrize(
     ("prior", "what"),
     [

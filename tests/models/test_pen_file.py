@@ -157,7 +157,6 @@ OPEN = {
 """What `load_pen` lets pass, or says wrongly, today."""
 
 
-@pytest.mark.xfail(strict=True, reason="load_pen has no sentence for it yet")
 @pytest.mark.parametrize(("text", "key", "expected"), OPEN.values(), ids=OPEN.keys())
 def test_mistakes_without_their_sentence(
     text: str, key: str, expected: str, tmp_path: Path
@@ -165,7 +164,6 @@ def test_mistakes_without_their_sentence(
     test_one_sentence_for_a_mistake(text, key, expected, tmp_path)
 
 
-@pytest.mark.xfail(strict=True, raises=UnicodeDecodeError, reason="only OSError is caught")
 def test_file_that_is_not_utf_8(tmp_path: Path) -> None:
     path = tmp_path / "my_pen.toml"
     path.write_bytes('name = "é"'.encode("latin-1"))
@@ -173,7 +171,6 @@ def test_file_that_is_not_utf_8(tmp_path: Path) -> None:
         load_pen(path)
 
 
-@pytest.mark.xfail(strict=True, reason="allow_inf_nan=False also holds for bounds")
 def test_a_bound_on_one_side(tmp_path: Path) -> None:
     """`StateSpaceModel.bounded` takes an infinity; a pen file cannot say it."""
     model = pen_model(load(tmp_path, GOOD + "[bounds]\ntip_z_m = [0.0, inf]"))

@@ -1,0 +1,126 @@
+"""The real pen: what both estimators reach on its recording, frames at zero delay."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from benchmark.registry import EstimatorSettings, find_pen
+from mhe.ipopt import MheConfig
+from models.errors import InputError
+from pen_mhe.cli import app
+from pen_mhe.dpoint import CAMERA_FILE, STYLUS_FILE, read_dpoint
+from pen_mhe.estimate_run import CameraThinning, EstimateRun, estimate_recording
+from pen_mhe.load import load_recording
+
+EKF_LIMIT_MM = 0.17
+MHE_MARGIN_MM = 0.003
+HORIZON = 20
+
+
+def estimate(
+    folder: Path, estimator: str, rate_hz: float, phase: int, duration_s: float | None = None
+) -> EstimateRun:
+    pen = find_pen("dpoint")
+    return estimate_recording(
+        load_recording(folder, pen),
+        pen,
+        estimator,
+        ("accel", "gyro", "camera"),
+        EstimatorSettings(mhe=MheConfig(horizon=HORIZON)),
+        CameraThinning(rate_hz, phase),
+        duration_s,
+    )
+
+
+def ink_mm(run: EstimateRun) -> float:
+    assert run.ink is not None
+    return run.ink.mean_distance_mm
+
+
+def test_the_reader_keeps_every_row(dpoint_folder: Path) -> None:
+    read = read_dpoint(dpoint_folder, 0.045, 0.022)
+    stylus = json.loads((dpoint_folder / STYLUS_FILE).read_text())
+    camera = json.loads((dpoint_folder / CAMERA_FILE).read_text())
+    times, accel = read.recording.sensor("accel")
+    assert len(times) == len(stylus)
+    np.testing.assert_array_equal(accel[17], stylus[17]["data"]["accel"])
+    frame_times, frames = read.recording.sensor("camera")
+    assert len(frame_times) == len(camera)
+    np.testing.assert_allclose(frames[9, :3], np.ravel(camera[9]["data"]["position"]))
+    # A frame's time is its host stamp less the delay, on the stylus' clock.
+    offset = np.median([row["t"] - row["data"]["t"] for row in stylus])
+    expected = (camera[9]["t"] - offset - stylus[0]["data"]["t"]) * 1e-3 - 0.045
+    assert frame_times[9] == pytest.approx(expected, abs=1e-9)
+
+
+def test_ekf_on_the_whole_recording(dpoint_folder: Path) -> None:
+    run = estimate(dpoint_folder, "ekf", 30, 0)
+    assert len(run.output) == 4627
+    assert ink_mm(run) <= EKF_LIMIT_MM
+    assert run.history.solved_fraction == 1.0
+    assert run.zero_delay == ("camera",)
+
+
+@pytest.mark.parametrize("rate_hz", [30, 10, 3])
+def test_mhe_on_ten_seconds(dpoint_folder: Path, rate_hz: float) -> None:
+    ekf = estimate(dpoint_folder, "ekf", rate_hz, 0, 10.0)
+    mhe = estimate(dpoint_folder, "mhe-ipopt", rate_hz, 0, 10.0)
+    assert mhe.history.solved_fraction >= 0.99
+    assert ink_mm(mhe) <= ink_mm(ekf) + MHE_MARGIN_MM
+
+
+@pytest.mark.slow
+def test_the_full_table(dpoint_folder: Path, tmp_path: Path) -> None:
+    result = CliRunner().invoke(
+        app, ["dpoint-table", str(dpoint_folder), "--output", str(tmp_path), "--jobs", "2"]
+    )
+    assert result.exit_code == 0, result.output
+    cells = {
+        path.stem.rsplit("-", 1)[0]: json.loads(path.read_text()) for path in tmp_path.iterdir()
+    }
+    for rate_hz, phases in ((30, 1), (10, 3), (3, 10)):
+        mean = {
+            name: np.mean(
+                [cells[f"{name}-{rate_hz}Hz-{phase}"]["ink_mm"] for phase in range(phases)]
+            )
+            for name in ("ekf", "mhe-ipopt")
+        }
+        assert mean["mhe-ipopt"] <= mean["ekf"] + MHE_MARGIN_MM
+        for phase in range(phases):
+            assert cells[f"mhe-ipopt-{rate_hz}Hz-{phase}"]["solved"] >= 0.99
+
+
+def test_an_interrupted_table_resumes(
+    dpoint_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arguments = ["dpoint-table", str(dpoint_folder), "--output", str(tmp_path), "--jobs", "1"]
+    arguments += ["--estimators", "ekf", "--rates", "30", "--duration", "6"]
+    first = CliRunner().invoke(app, arguments)
+    assert first.exit_code == 0, first.output
+    written = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+    assert len(written) == 1
+    again = CliRunner().invoke(app, arguments)
+    assert again.output == first.output
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()} == written
+
+
+def test_bad_folders(tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"stylus_data\.json: No such file.* expected a D-POINT file"
+    ):
+        read_dpoint(tmp_path, 0.045, 0.022)
+    (tmp_path / CAMERA_FILE).write_text("[]")
+    (tmp_path / STYLUS_FILE).write_text("[")
+    with pytest.raises(InputError, match="expected JSON"):
+        read_dpoint(tmp_path, 0.045, 0.022)
+    (tmp_path / STYLUS_FILE).write_text('[{"t": 1, "data": {"t": 1, "gyro": [0, 0, 0]}}]')
+    with pytest.raises(InputError, match="expected a list of samples, got none"):
+        read_dpoint(tmp_path, 0.045, 0.022)
+    (tmp_path / CAMERA_FILE).write_text('[{"t": 1}]')
+    with pytest.raises(InputError, match=r"row 0 has no number under data\.accel"):
+        read_dpoint(tmp_path, 0.045, 0.022)

@@ -1,0 +1,103 @@
+"""Recordings as tables: units, gaps, truth, and one sentence for what is wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmark.registry import find_pen
+from benchmark.simulate import simulate_recording
+from models.errors import InputError
+from models.units import STANDARD_GRAVITY_M_S2
+from pen_mhe.load import load_recording
+from pen_mhe.tables import read_table, recording_from_table, recording_to_table, write_table
+
+PEN = find_pen("reference")
+
+
+def table(**columns: object) -> pd.DataFrame:
+    plain = {"time_s": [0.0, 0.01, 0.02]} | {
+        f"accel_{axis}_m_s2": [0.1, 0.2, 0.3] for axis in "xyz"
+    }
+    return pd.DataFrame({k: v for k, v in (plain | columns).items() if v is not None})
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_round_trip_keeps_readings_and_truth(tmp_path: Path, suffix: str) -> None:
+    recording = simulate_recording(PEN, ["accel", "camera"], "turn", 0.2, seed=1)
+    path = tmp_path / f"pen{suffix}"
+    write_table(recording_to_table(recording, PEN), path)
+    again = load_recording(path, PEN).recording
+    np.testing.assert_array_equal(again.time_s, recording.time_s)
+    for sensor in ("accel", "camera"):
+        np.testing.assert_allclose(
+            again.readings[sensor], recording.readings[sensor], rtol=1e-14, equal_nan=True
+        )
+    assert again.truth is not None
+    assert recording.truth is not None
+    assert again.truth.names == recording.truth.names
+    np.testing.assert_allclose(again.truth.values, recording.truth.values, rtol=1e-14)
+
+
+def test_units_in_the_header() -> None:
+    columns = {f"accel_{axis}_m_s2": None for axis in "xyz"}
+    columns |= {f"accel_{axis}_g": [1.0, 1.0, 1.0] for axis in "xyz"}
+    columns |= {f"gyro_{axis}_deg_s": [180.0, 180.0, 180.0] for axis in "xyz"}
+    columns |= {"time_s": None, "time_ms": [0.0, 10.0, 20.0]}
+    recording = recording_from_table(table(**columns), PEN, "r")
+    np.testing.assert_allclose(recording.readings["accel"], STANDARD_GRAVITY_M_S2)
+    np.testing.assert_allclose(recording.readings["gyro"], np.pi)
+    np.testing.assert_allclose(recording.time_s, [0, 0.01, 0.02])
+
+
+def test_units_by_option() -> None:
+    columns = {f"accel_{axis}_m_s2": None for axis in "xyz"}
+    columns |= {f"accel_{axis}": [2.0, 2.0, 2.0] for axis in "xyz"}
+    plain = recording_from_table(table(**columns), PEN, "r")
+    in_g = recording_from_table(table(**columns), PEN, "r", {"accel": "g"})
+    np.testing.assert_allclose(plain.readings["accel"], 2.0)
+    np.testing.assert_allclose(in_g.readings["accel"], 2.0 * STANDARD_GRAVITY_M_S2)
+    with pytest.raises(InputError, match="unit furlong of accel is unknown, expected m_s2 or g"):
+        recording_from_table(table(**columns), PEN, "r", {"accel": "furlong"})
+
+
+BAD = {
+    "missing column": (
+        {"accel_y_m_s2": None},
+        r"column accel_y is missing",
+    ),
+    "unknown column": ({"speed": [1, 2, 3]}, r"unknown column speed, expected time_s, accel_x"),
+    "no time": ({"time_s": None}, r"expected exactly one column of time_s, time_ms, time_us"),
+    "text": ({"accel_x_m_s2": [0.1, "much", 0.3]}, r"column accel_x_m_s2, row 1: 'much' is not"),
+    "infinite": ({"accel_x_m_s2": [0.1, np.inf, 0.3]}, r"accel in row 1 is infinite"),
+    "backward time": ({"time_s": [0.0, 0.02, 0.01]}, r"time of row 2 \(0.01 s\) does not follow"),
+    "repeated time": ({"time_s": [0.0, 0.01, 0.01]}, r"time of row 2 \(0.01 s\) does not follow"),
+    "empty time": ({"time_s": [0.0, None, 0.02]}, r"column time_s is empty in row 1"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_tables(case: str) -> None:
+    columns, sentence = BAD[case]
+    with pytest.raises(InputError, match=sentence):
+        recording_from_table(table(**columns), PEN, "r")
+
+
+def test_empty_and_foreign_files(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="recording r is empty, expected at least one sample"):
+        recording_from_table(table().iloc[:0], PEN, "r")
+    with pytest.raises(InputError, match=r"nothing\.csv does not exist"):
+        load_recording(tmp_path / "nothing.csv", PEN)
+    with pytest.raises(InputError, match=r"suffix \.xls is unknown, expected \.csv, \.parquet"):
+        read_table(tmp_path / "a.xls")
+    (tmp_path / "a.parquet").write_text("no")
+    with pytest.raises(InputError, match=r"a\.parquet: .* expected a parquet table"):
+        read_table(tmp_path / "a.parquet")
+    (tmp_path / "a.csv").write_text("")
+    with pytest.raises(InputError, match=r"a\.csv: .* expected a csv table"):
+        read_table(tmp_path / "a.csv")
+    with pytest.raises(InputError, match="folder without D-POINT's files"):
+        load_recording(tmp_path, PEN)
