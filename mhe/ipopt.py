@@ -33,6 +33,7 @@ RETURN_STATUS: Mapping[str, Status] = MappingProxyType(
 """IPOPT's return status → ours; any other is `Status.SOLVER_FAILED`."""
 
 FEASIBILITY_TOLERANCE = 1e-6
+HESSIANS = ("gauss-newton", "exact")
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,10 @@ class MheConfig:
     horizon : N, intervals between stages; more looks further back and costs more
     arrival_cost : one of `mhe.arrival_cost.ARRIVAL_COSTS`
     tolerance : IPOPT's convergence tolerance; smaller iterates longer
+    hessian : ``gauss-newton`` or ``exact``. The exact Hessian of a window is often
+        indefinite far from the optimum, and IPOPT then may leave for another one
+        (on the D-POINT recording it did, into an upright pen); Gauss-Newton always
+        descends and ends in the same optimum where both converge
     max_iterations : per step; the best point is returned when it is reached
     max_time_s : wall time per step, s; None has no limit
     """
@@ -51,7 +56,8 @@ class MheConfig:
     horizon: int = 20
     arrival_cost: str = "filtered"
     tolerance: float = 1e-8
-    max_iterations: int = 50
+    hessian: str = "gauss-newton"
+    max_iterations: int = 300
     max_time_s: float | None = None
 
     def __post_init__(self) -> None:
@@ -61,6 +67,10 @@ class MheConfig:
             raise InputError(
                 f"arrival cost {self.arrival_cost} is unknown, "
                 f"expected one of {', '.join(ARRIVAL_COSTS)}"
+            )
+        if self.hessian not in HESSIANS:
+            raise InputError(
+                f"hessian {self.hessian} is unknown, expected one of {', '.join(HESSIANS)}"
             )
         if self.max_iterations < 0:
             raise InputError(f"max_iterations is {self.max_iterations}, expected at least 0")
@@ -183,7 +193,7 @@ class MheIpopt:
         parameters = problem.parameters(
             window.prior, window.measurements, guess.states, window.scale
         )
-        start = problem.pack(guess.noises, problem.n_padded(window.measurements))
+        start = problem.pack(window.prior, guess)
         lower, upper = problem.constraint_bounds(window.measurements)
         solution = self._solver(x0=start, p=parameters, lbg=lower, ubg=upper)
         stats = self._solver.stats()
@@ -221,10 +231,7 @@ class MheIpopt:
         parameters = problem.parameters(
             window.prior, window.measurements, trajectory.states, window.scale
         )
-        variables = problem.pack(trajectory.noises, problem.n_padded(window.measurements))
-        away = np.asarray(model.difference(trajectory.states[0], window.prior.mean)).ravel()
-        variables[: model.n_x] = np.linalg.solve(np.linalg.cholesky(window.prior.covariance), away)
-        cost = float(problem.cost(variables, parameters))
+        cost = float(problem.cost(problem.pack(window.prior, trajectory), parameters))
         return (violation if violation > FEASIBILITY_TOLERANCE else 0.0, cost)
 
     def _covariance_pass(
@@ -270,6 +277,8 @@ class MheIpopt:
             "ipopt.acceptable_iter": 0,  # solved means converged, not almost
             "ipopt.bound_relax_factor": 0.0,
         }
+        if self.config.hessian == "gauss-newton":
+            options["hess_lag"] = self._problem.gauss_newton
         if self.config.max_time_s is not None:
             options["ipopt.max_wall_time"] = self.config.max_time_s
         return options

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from estimation.kalman_stage import rows_present, stacked_residual, without_gaps
 from estimation.recording import Measurement
@@ -42,6 +43,7 @@ class WindowProblem:
     n_intervals : N; the window has N + 1 stages
     nlp : ``x, p, f, g`` for `casadi.nlpsol`
     cost : casadi.Function (decision variables, parameters) -> ½ sum of squares
+    gauss_newton : casadi.Function in the form of nlpsol's ``hess_lag``: JᵀJ of the residual
     bounded : indices of the states that have a bound
     """
 
@@ -49,6 +51,7 @@ class WindowProblem:
     n_intervals: int
     nlp: dict[str, ca.SX]
     cost: ca.Function
+    gauss_newton: ca.Function
     bounded: tuple[int, ...]
 
     @classmethod
@@ -71,26 +74,28 @@ class WindowProblem:
         arrived = model.retract(x_prior, ca.tril(L_prior) @ w_prior)
         variables = [w_prior]
         constraints = [model.difference(x[0], arrived) / scale]
-        cost = ca.sumsqr(w_prior) + ca.sumsqr(w)
+        residuals = [w_prior]
         for k in range(n_stages):
-            residual = stacked_residual(model, y[:, k], x[k])
-            cost += ca.sumsqr(present[:, k] * residual / model.noise_std)
+            measured = stacked_residual(model, y[:, k], x[k])
+            residuals.append(present[:, k] * measured / model.noise_std)
             variables.append(delta[:, k])
             constraints.append(x[k][list(bounded)])
             constraints.append(model.inequality(x[k]))
             if k < n_intervals:
                 variables.append(w[:, k])
+                residuals.append(w[:, k])
                 reached = model.f(x[k], w[:, k], dt[k])
                 constraints.append(model.difference(x[k + 1], reached) / scale)
         parameters = ca.veccat(x_around, x_prior, L_prior, y, present, dt, scale)
+        residual = ca.vertcat(*residuals)
         nlp = {
             "x": ca.vertcat(*variables),
             "p": parameters,
-            "f": cost / 2,
+            "f": ca.sumsqr(residual) / 2,
             "g": ca.vertcat(*constraints),
         }
-        cost_function = ca.Function("cost", [nlp["x"], parameters], [cost / 2], {"cse": True})
-        return cls(model, n_intervals, nlp, cost_function, bounded)
+        cost = ca.Function("cost", [nlp["x"], parameters], [nlp["f"]], {"cse": True})
+        return cls(model, n_intervals, nlp, cost, _gauss_newton(nlp, residual), bounded)
 
     def parameters(
         self,
@@ -146,12 +151,18 @@ class WindowProblem:
                 upper.append(equal)
         return np.concatenate(lower), np.concatenate(upper)
 
-    def pack(self, noises: Array, n_pad: int) -> Array:
-        """Return the decision variables of a trajectory at x̃ itself: δ = 0, given w."""
+    def pack(self, prior: GaussianState, trajectory: Trajectory) -> Array:
+        """Return the decision variables of a trajectory that is x̃ itself: δ = 0.
+
+        w₋₁ is chosen so that the first constraint holds.
+        """
         model = self.model
+        away = np.asarray(model.difference(trajectory.states[0], prior.mean)).ravel()
+        w_prior = solve_triangular(np.linalg.cholesky(prior.covariance), away, lower=True)
         stages = np.zeros((self.n_intervals, model.n_x + model.n_w))
-        stages[n_pad:, model.n_x :] = noises
-        return np.concatenate([np.zeros(model.n_x), stages.ravel(), np.zeros(model.n_x)])
+        n_pad = self.n_intervals - len(trajectory.noises)
+        stages[n_pad:, model.n_x :] = trajectory.noises
+        return np.concatenate([w_prior, stages.ravel(), np.zeros(model.n_x)])
 
     def unpack(self, variables: Array, around: Array, scale: Array) -> Trajectory:
         """Return the trajectory of the real stages from the decision variables."""
@@ -175,3 +186,20 @@ class WindowProblem:
     @staticmethod
     def _padded(around: Array, n_pad: int) -> Array:
         return np.vstack([np.repeat(around[:1], n_pad, axis=0), around])
+
+
+def _gauss_newton(nlp: dict[str, ca.SX], residual: ca.SX) -> ca.Function:
+    """Return the upper triangle of JᵀJ as a Hessian of the Lagrangian.
+
+    It leaves out the curvature of residuals and constraints.
+    """
+    weight, multipliers = ca.SX.sym("lam_f"), ca.SX.sym("lam_g", nlp["g"].numel())
+    J = ca.jacobian(residual, nlp["x"])
+    return ca.Function(
+        "gauss_newton",
+        [nlp["x"], nlp["p"], weight, multipliers],
+        [ca.triu(weight * (J.T @ J))],
+        ["x", "p", "lam_f", "lam_g"],
+        ["triu_hess_gamma_x_x"],
+        {"cse": True},
+    )

@@ -34,6 +34,7 @@ ArrivalCostName = StrEnum(  # type: ignore[misc]
 )
 StrokeName = StrEnum("StrokeName", {name: name for name in strokes()})  # type: ignore[misc]
 
+MHE = MheConfig()
 EKF, FILTERED, TURN = EstimatorName("ekf"), ArrivalCostName("filtered"), StrokeName("turn")
 
 PenOption = Annotated[
@@ -54,9 +55,11 @@ def estimate(
     sensors: SensorsOption = None,
     estimator: Annotated[EstimatorName, typer.Option()] = EKF,
     figure: Annotated[Path | None, typer.Option(help="Figure to write, .png.")] = None,
-    horizon: Annotated[int, typer.Option(help="Intervals in the window of an MHE.")] = 20,
+    horizon: Annotated[int, typer.Option(help="Intervals in the window of an MHE.")] = MHE.horizon,
     arrival_cost: Annotated[ArrivalCostName, typer.Option()] = FILTERED,
-    max_iterations: Annotated[int, typer.Option(help="Of the MHE's solver, per step.")] = 50,
+    max_iterations: Annotated[int, typer.Option(help="Of the MHE's solver, per step.")] = (
+        MHE.max_iterations
+    ),
     max_time: Annotated[float | None, typer.Option(help="Of the MHE's solver, s per step.")] = None,
     camera_rate: Annotated[float | None, typer.Option(help="Use fewer frames: Hz.")] = None,
     camera_phase: Annotated[int, typer.Option(help="Which of the frames to keep.")] = 0,
@@ -169,7 +172,7 @@ def dpoint_table_command(
     pen: PenOption = "dpoint",
     rates: Annotated[str, typer.Option(help="Camera rates, Hz.")] = "30,10,3",
     estimators: Annotated[str, typer.Option(help="Names with commas.")] = "ekf,mhe-ipopt",
-    horizon: Annotated[int, typer.Option(help="Intervals in the window of an MHE.")] = 20,
+    horizon: Annotated[int, typer.Option(help="Intervals in the window of an MHE.")] = MHE.horizon,
     duration: Annotated[float | None, typer.Option(help="Use only the first seconds.")] = None,
     jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
 ) -> None:
