@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from estimation.estimate import Estimate
-from estimation.estimator import remarks
+from estimation.estimator import late_estimate, remarks
 from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.recording import Measurement
 from estimation.status import Status
@@ -69,14 +69,15 @@ class Ekf:
 
     def step(self, state: EkfState, measurement: Measurement) -> tuple[EkfState, Estimate]:
         """Predict to the measurement's time and update."""
-        time_s = measurement.time_s if state.time_s is None else state.time_s
-        dt = measurement.time_s - time_s
-        present = rows_present(self.model, measurement.y)
-        status = Status.SOLVED
-        if dt < 0:
-            dt, time_s, present, status = 0.0, time_s, np.zeros_like(present), Status.LATE
+        time_s = measurement.time_s
+        dt = 0.0 if state.time_s is None else time_s - state.time_s
+        if state.time_s is not None and dt < 0:
+            return state, late_estimate(self.model, state.time_s, state.gaussian)
+        present, status = rows_present(self.model, measurement.y), Status.SOLVED
         predicted = self._stage.predict(state.gaussian, dt)
         update = self._stage.update(predicted, measurement.y, present)
+        innovation = np.where(present, update.innovation, np.nan)
+        innovation_covariance = update.innovation_covariance
         if (rejected := self._gated(update)).any():
             status |= Status.GATED
             update = self._stage.update(predicted, measurement.y, present & ~rejected)
@@ -85,14 +86,8 @@ class Ekf:
             status |= Status.NOT_FINITE
             gaussian = predicted
         status |= remarks(self.model, gaussian.mean, measurement.y, update.present)
-        estimate = Estimate(
-            time_s + dt,
-            gaussian,
-            status,
-            np.where(present, update.innovation, np.nan),
-            update.innovation_covariance,
-        )
-        return EkfState(time_s + dt, gaussian), estimate
+        estimate = Estimate(time_s, gaussian, status, innovation, innovation_covariance)
+        return EkfState(time_s, gaussian), estimate
 
     def _gated(self, update: Update) -> NDArray[np.bool_]:
         """Return the rows (n_r,) of sensors whose readings are too far off."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.recording import Measurement, Recording
 from estimation.status import Status
-from models.state_space import Array, StateSpaceModel
+from models.state_space import Array, GaussianState, StateSpaceModel
 
 StateT = TypeVar("StateT")
 
@@ -71,6 +71,12 @@ def run_measurements(
         if on_step:
             on_step(estimate)
     return EstimateHistory.collect(estimator.name, estimator.model, estimates, step_times)
+
+
+def late_estimate(model: StateSpaceModel, time_s: float, state: GaussianState) -> Estimate:
+    """Return the estimate of a step that was given a measurement older than its state."""
+    missing = np.full((model.n_r, model.n_r), np.nan)
+    return Estimate(time_s, state, Status.LATE, missing[:, 0], missing, iterations=0)
 
 
 def remarks(model: StateSpaceModel, mean: Array, y: Array, used: NDArray[np.bool_]) -> Status:

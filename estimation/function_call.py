@@ -23,6 +23,9 @@ class FunctionCall:
 
     def __init__(self, function: ca.Function) -> None:
         self.function = function
+        for i in range(function.n_in()):
+            if not function.sparsity_in(i).is_dense():
+                raise ValueError(f"{function.name()}: argument {i} is sparse, expected dense")
         for i in range(function.n_out()):
             if not function.sparsity_out(i).is_dense():
                 raise ValueError(f"{function.name()}: result {i} is sparse, expected dense")
@@ -45,7 +48,14 @@ class FunctionCall:
         """Evaluate; vectors come back as (n,), matrices as (n, m)."""
         for array, argument in zip(self._inputs, arguments, strict=True):
             value = np.asarray(argument, dtype=float)
-            array[...] = value[:, None] if value.ndim == 1 else value
+            if value.ndim < 2:
+                value = value.reshape(-1, 1)
+            if value.shape != array.shape:
+                raise ValueError(
+                    f"{self.function.name()}: argument of shape {value.shape}, "
+                    f"expected {array.shape}"
+                )
+            array[...] = value
         self._evaluate()
         return [
             result[:, 0].copy() if result.shape[1] == 1 else result.copy(order="C")

@@ -148,6 +148,7 @@ class KalmanStage:
 
         The filter's own mean and no noise are the default linearisation point.
         """
+        n_x = self.model.n_x
         x_minus, P_minus, _, _ = self._predict(
             state.mean,
             state.covariance,
@@ -155,7 +156,7 @@ class KalmanStage:
             self._no_noise if w_lin is None else w_lin,
             dt,
         )
-        return GaussianState(x_minus, P_minus)
+        return GaussianState(x_minus, P_minus.reshape(n_x, n_x))
 
     def derivatives(
         self, x_lin: Array, dt: float, w_lin: Array | None = None
@@ -164,7 +165,7 @@ class KalmanStage:
         no_covariance = np.zeros((self.model.n_x, self.model.n_x))
         w_lin = self._no_noise if w_lin is None else w_lin
         _, _, F, G = self._predict(x_lin, no_covariance, x_lin, w_lin, dt)
-        return F, G
+        return F.reshape(self.model.n_x, -1), G.reshape(self.model.n_x, -1)
 
     def update(
         self,
@@ -188,9 +189,16 @@ class KalmanStage:
             without_gaps(y),
             present,
         )
-        W, H = W.reshape(self.model.n_x, -1), H.reshape(-1, self.model.n_x)
-        S = S.reshape(self.model.n_r, -1)
-        return Update(GaussianState(x_plus, P_plus), v, S, W, e, H, present)
+        n_x, n_r = self.model.n_x, self.model.n_r
+        return Update(
+            GaussianState(x_plus, P_plus.reshape(n_x, n_x)),
+            v,
+            S.reshape(n_r, n_r),
+            W.reshape(n_x, n_r),
+            e,
+            H.reshape(n_r, n_x),
+            present,
+        )
 
 
 def rows_present(model: StateSpaceModel, y: Array) -> NDArray[np.bool_]:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from models.errors import InputError
-from models.state_space import Array, StateSpaceModel
+from models.state_space import Array, SensorModel, StateSpaceModel
 
 TIME_DIGITS = 9
 """Time stamps are compared to a nanosecond."""
@@ -94,6 +95,12 @@ class Recording:
         InputError
             If a sensor has two readings at one time.
         """
+        for sensor, (times, values) in sensors.items():
+            if values.ndim != 2 or len(values) != len(times):
+                raise InputError(
+                    f"recording {name}: {len(times)} times of {sensor} for values of shape "
+                    f"{values.shape}, expected ({len(times)}, n)"
+                )
         stamps = {sensor: np.round(times, TIME_DIGITS) for sensor, (times, _) in sensors.items()}
         time_s = np.unique(np.concatenate([np.zeros(0), *stamps.values()]))
         readings = {}
@@ -129,7 +136,7 @@ class Recording:
     def subsampled(self, sensor: str, every: int, phase: int) -> Recording:
         """Return a recording that keeps a sensor's readings number phase, phase + every, …"""
         parts = {name: self.sensor(name) for name in self.readings}
-        times, values = parts[sensor]
+        times, values = self.sensor(sensor)
         parts[sensor] = (times[phase::every], values[phase::every])
         return self.from_sensors(self.name, parts, self.truth)
 
@@ -159,13 +166,19 @@ class Recording:
                     f"recording {self.name}: {sensor.name} has {width} columns, "
                     f"expected {sensor.n_y} ({', '.join(sensor.axes)})"
                 )
-        due = {sensor.name: self.time_s[0] for sensor in constant}
+        speaks = {sensor.name: _first_of_each_period(self.time_s, sensor) for sensor in constant}
         for row, time_s in enumerate(self.time_s):
             readings = {s.name: self.readings[s.name][row] for s in measured}
             for sensor in constant:
-                period = 1 / sensor.rate_hz if sensor.rate_hz else 0.0
-                if time_s >= due[sensor.name] - 0.5 * 10**-TIME_DIGITS:
-                    assert sensor.constant_reading is not None
+                if speaks[sensor.name][row] and sensor.constant_reading is not None:
                     readings[sensor.name] = sensor.constant_reading
-                    due[sensor.name] = max(due[sensor.name] + period, time_s)
             yield Measurement(float(time_s), model.stack(readings))
+
+
+def _first_of_each_period(time_s: Array, sensor: SensorModel) -> NDArray[np.bool_]:
+    """Return the instants (n,) that are the first in their period; all without a rate."""
+    if sensor.rate_hz is None:
+        return np.ones(len(time_s), dtype=bool)
+    resolution = 0.5 * 10**-TIME_DIGITS
+    period = np.floor((time_s - time_s[0] + resolution) * sensor.rate_hz)
+    return np.diff(period, prepend=-1.0) > 0

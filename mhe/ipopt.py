@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from estimation.estimate import Estimate, Window
-from estimation.estimator import remarks
+from estimation.estimator import late_estimate, remarks
 from estimation.kalman_stage import KalmanStage, Update
 from estimation.recording import Measurement
 from estimation.status import Status
@@ -26,6 +26,7 @@ RETURN_STATUS: Mapping[str, Status] = MappingProxyType(
         "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
         "Maximum_CpuTime_Exceeded": Status.TIME_LIMIT,
         "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
+        "Solved_To_Acceptable_Level": Status.SOLVED,
         "Invalid_Number_Detected": Status.NOT_FINITE,
         "Infeasible_Problem_Detected": Status.INFEASIBLE,
     }
@@ -33,6 +34,7 @@ RETURN_STATUS: Mapping[str, Status] = MappingProxyType(
 """IPOPT's return status → ours; any other is `Status.SOLVER_FAILED`."""
 
 FEASIBILITY_TOLERANCE = 1e-6
+TOLERANCE_WITH_INEQUALITIES = 1e-11
 HESSIANS = ("gauss-newton", "exact")
 
 
@@ -44,7 +46,8 @@ class MheConfig:
     ----------
     horizon : N, intervals between stages; more looks further back and costs more
     arrival_cost : one of `mhe.arrival_cost.ARRIVAL_COSTS`
-    tolerance : IPOPT's convergence tolerance; smaller iterates longer
+    tolerance : IPOPT's convergence tolerance, in standard deviations; smaller iterates
+        longer. With bounds or inequalities at most `TOLERANCE_WITH_INEQUALITIES`
     hessian : ``gauss-newton`` or ``exact``. The exact Hessian of a window is often
         indefinite far from the optimum, and IPOPT then may leave for another one
         (on the D-POINT recording it did, into an upright pen); Gauss-Newton always
@@ -68,6 +71,8 @@ class MheConfig:
                 f"arrival cost {self.arrival_cost} is unknown, "
                 f"expected one of {', '.join(ARRIVAL_COSTS)}"
             )
+        if not self.tolerance > 0:
+            raise InputError(f"tolerance is {self.tolerance}, expected a positive number")
         if self.hessian not in HESSIANS:
             raise InputError(
                 f"hessian {self.hessian} is unknown, expected one of {', '.join(HESSIANS)}"
@@ -88,14 +93,14 @@ class MheState:
     measurements : the window's stages, at most N + 1
     predictions : per stage, (n_x,): x_k|k-1 when it was the newest
     trajectory : the last solution; None before the first measurement
-    scale : (n_x,) standard deviations of the newest estimate
+    newest : the last estimate, or the prior before the first measurement
     """
 
     prior: GaussianState
     measurements: tuple[Measurement, ...]
     predictions: tuple[Array, ...]
     trajectory: Trajectory | None
-    scale: Array
+    newest: GaussianState
 
 
 class MheIpopt:
@@ -125,12 +130,13 @@ class MheIpopt:
         prior = self.model.prior
         if self.config.arrival_cost == "none":
             prior = diffuse_prior(self.model)
-        return MheState(prior, (), (), None, self.model.prior.std)
+        return MheState(prior, (), (), None, prior)
 
     def step(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
         """Slide the window onto the measurement and solve it."""
         if state.measurements and measurement.time_s < state.measurements[-1].time_s:
-            return state, self._late(state)
+            newest_s = state.measurements[-1].time_s
+            return state, late_estimate(self.model, newest_s, state.newest)
         window, estimate = self._attempt(state, measurement)
         if Status.NOT_FINITE not in estimate.status:
             return window, estimate
@@ -147,9 +153,7 @@ class MheIpopt:
         if not np.isfinite(newest_state.covariance).all():
             status |= Status.NOT_FINITE
         status |= remarks(self.model, newest_state.mean, measurement.y, newest.present)
-        window = MheState(
-            window.prior, window.measurements, window.predictions, trajectory, newest_state.std
-        )
+        window = replace(window, trajectory=trajectory, newest=newest_state)
         times = np.array([m.time_s for m in window.measurements])
         estimate = Estimate(
             measurement.time_s,
@@ -168,7 +172,7 @@ class MheIpopt:
         if state.trajectory is None:
             guess = Trajectory(state.prior.mean[None, :], np.zeros((0, model.n_w)))
             predicted = state.prior.mean
-            return MheState(state.prior, (measurement,), (predicted,), None, state.scale), guess
+            return MheState(state.prior, (measurement,), (predicted,), None, state.newest), guess
         dt = measurement.time_s - state.measurements[-1].time_s
         no_noise = np.zeros(model.n_w)
         predicted = np.asarray(model.f(state.trajectory.states[-1], no_noise, dt)).ravel()
@@ -186,13 +190,13 @@ class MheIpopt:
             )
             measurements, predictions = measurements[1:], predictions[1:]
             guess = Trajectory(guess.states[1:], guess.noises[1:])
-        return MheState(prior, measurements, predictions, None, state.scale), guess
+        return MheState(prior, measurements, predictions, None, state.newest), guess
 
     def _solve(self, window: MheState, guess: Trajectory) -> tuple[Trajectory, Status, int]:
         problem = self._problem
-        parameters = problem.parameters(
-            window.prior, window.measurements, guess.states, window.scale
-        )
+        # In standard deviations of what is about to be estimated, every tolerance means the same.
+        scale = self._covariance_pass(window, guess)[1].std
+        parameters = problem.parameters(window.prior, window.measurements, guess.states, scale)
         start = problem.pack(window.prior, guess)
         lower, upper = problem.constraint_bounds(window.measurements)
         solution = self._solver(x0=start, p=parameters, lbg=lower, ubg=upper)
@@ -200,9 +204,9 @@ class MheIpopt:
         status = RETURN_STATUS.get(stats["return_status"], Status.SOLVER_FAILED)
         variables = np.asarray(solution["x"]).ravel()
         iterations = int(stats["iter_count"])
+        found = problem.unpack(variables, guess.states, scale)
         if status is Status.SOLVED:
-            return problem.unpack(variables, guess.states, window.scale), status, iterations
-        found = problem.unpack(variables, guess.states, window.scale)
+            return found, status, iterations
         return self._better(found, guess, window), status, iterations
 
     def _better(self, found: Trajectory, guess: Trajectory, window: MheState) -> Trajectory:
@@ -229,7 +233,7 @@ class MheIpopt:
             outside = np.concatenate([model.lower - x, x - model.upper, g])
             violation = max(violation, float(outside.max(initial=0.0)))
         parameters = problem.parameters(
-            window.prior, window.measurements, trajectory.states, window.scale
+            window.prior, window.measurements, trajectory.states, window.newest.std
         )
         cost = float(problem.cost(problem.pack(window.prior, trajectory), parameters))
         return (violation if violation > FEASIBILITY_TOLERANCE else 0.0, cost)
@@ -251,20 +255,11 @@ class MheIpopt:
             gaussian = update.state
         return update, GaussianState(trajectory.states[-1], gaussian.covariance)
 
-    def _late(self, state: MheState) -> Estimate:
-        assert state.trajectory is not None
-        newest, gaussian = self._covariance_pass(state, state.trajectory)
-        missing = np.full(self.model.n_r, np.nan)
-        return Estimate(
-            state.measurements[-1].time_s,
-            gaussian,
-            Status.LATE,
-            missing,
-            newest.innovation_covariance,
-            iterations=0,
-        )
-
     def _solver_options(self) -> dict[str, Any]:
+        tolerance = self.config.tolerance
+        if self._problem.has_inequalities:
+            # The barrier keeps a weakly active state off its bound by about √tolerance.
+            tolerance = min(tolerance, TOLERANCE_WITH_INEQUALITIES)
         options: dict[str, Any] = {
             "print_time": False,
             "error_on_fail": False,
@@ -272,9 +267,16 @@ class MheIpopt:
             "calc_lam_p": False,  # not used, and not finite at Δt = 0
             "ipopt.print_level": 0,
             "ipopt.sb": "yes",
-            "ipopt.tol": self.config.tolerance,
+            "ipopt.tol": tolerance,
+            "ipopt.nlp_scaling_method": "none",  # everything is in standard deviations
             "ipopt.max_iter": self.config.max_iterations,
-            "ipopt.acceptable_iter": 0,  # solved means converged, not almost
+            # Rounding may keep the dual residual from the tighter tolerance: met for three
+            # iterations, the configured one will do for it, but not for the complementarity.
+            "ipopt.acceptable_iter": 3 if self._problem.has_inequalities else 0,
+            "ipopt.acceptable_tol": self.config.tolerance,
+            "ipopt.acceptable_constr_viol_tol": self.config.tolerance,
+            "ipopt.acceptable_dual_inf_tol": self.config.tolerance,
+            "ipopt.acceptable_compl_inf_tol": tolerance,
             "ipopt.bound_relax_factor": 0.0,
         }
         if self.config.hessian == "gauss-newton":

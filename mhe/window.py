@@ -79,7 +79,7 @@ class WindowProblem:
             measured = stacked_residual(model, y[:, k], x[k])
             residuals.append(present[:, k] * measured / model.noise_std)
             variables.append(delta[:, k])
-            constraints.append(x[k][list(bounded)])
+            constraints.append(ca.vertcat(ca.SX(0, 1), *(x[k][i] for i in bounded)))
             constraints.append(model.inequality(x[k]))
             if k < n_intervals:
                 variables.append(w[:, k])
@@ -92,10 +92,15 @@ class WindowProblem:
             "x": ca.vertcat(*variables),
             "p": parameters,
             "f": ca.sumsqr(residual) / 2,
-            "g": ca.vertcat(*constraints),
+            "g": ca.densify(ca.vertcat(*constraints)),
         }
         cost = ca.Function("cost", [nlp["x"], parameters], [nlp["f"]], {"cse": True})
         return cls(model, n_intervals, nlp, cost, _gauss_newton(nlp, residual), bounded)
+
+    @property
+    def has_inequalities(self) -> bool:
+        """Whether any state has a bound or the model an inequality."""
+        return bool(self.bounded) or self.model.inequality.numel_out(0) > 0
 
     def parameters(
         self,

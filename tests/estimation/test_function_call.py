@@ -58,7 +58,7 @@ def test_wrong_arguments_are_refused() -> None:
     call = FunctionCall(example())
     with pytest.raises(ValueError, match="argument"):
         call(np.ones(3), np.ones((2, 3)))
-    with pytest.raises(ValueError, match="broadcast"):
+    with pytest.raises(ValueError, match="shape"):
         call(np.ones(4), np.ones((2, 3)), 1.0)
 
 

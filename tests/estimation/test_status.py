@@ -41,7 +41,13 @@ def test_a_pair_says_both_sentences_and_is_solved_if_both_are(status: Status) ->
 
 
 def test_what_counts_as_unsolved() -> None:
-    remarks = {Status.NO_READING, Status.LATE, Status.GATED, Status.NEAR_SINGULAR}
+    remarks = {
+        Status.NO_READING,
+        Status.LATE,
+        Status.INFINITE_READING,
+        Status.GATED,
+        Status.NEAR_SINGULAR,
+    }
     assert set(Status) - set(UNSOLVED) == remarks
     assert Status.SOLVED.is_solved
     assert not any(status.is_solved for status in UNSOLVED)

@@ -1,0 +1,131 @@
+"""Active bounds and inequalities: the window's optimum is SciPy's."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from estimation.recording import Measurement
+from estimation.status import Status
+from mhe.ipopt import MheConfig, MheIpopt
+from models.state_space import Array, StateSpaceModel
+from tests.estimation import pens
+from tests.linear_models import LinearSystem, constant_acceleration_system, coupled_system
+from tests.mhe.runs import full_length, linear_batch, run_mhe
+from tests.references.constrained import solve_constrained
+
+TOLERANCE = 1e-6
+N_STAGES = 10
+
+
+def precise(system: LinearSystem) -> LinearSystem:
+    """The same system with sensors a hundred times better: strong conflicts with the bounds."""
+    sensors = tuple(
+        dataclasses.replace(s, noise_std=s.noise_std / 100) for s in system.model.sensors
+    )
+    model = system.model.replace(sensors=sensors)
+    return dataclasses.replace(system, model=model, R=system.R / 100**2)
+
+
+# name → system, seed, stages at which at least one bound and the inequality are active
+LINEAR = {
+    "one axis, bound at many stages": (constant_acceleration_system(1), 4, 9, 0),
+    "one axis, inequality at many stages": (constant_acceleration_system(1), 1, 1, 9),
+    "one axis, weakly active": (constant_acceleration_system(1), 2, 2, 1),
+    "two axes": (constant_acceleration_system(2), 1, 1, 4),
+    "coupled": (coupled_system(3), 2, 3, 5),
+    "coupled, precise sensors": (precise(coupled_system(5)), 0, 0, 2),
+    "two axes, precise sensors": (precise(constant_acceleration_system(2)), 2, 6, 8),
+    "coupled, precise, many active": (precise(coupled_system(3)), 2, 3, 6),
+    "one axis, precise sensors": (precise(constant_acceleration_system(1)), 0, 8, 0),
+}
+
+
+def constrained_case(
+    system: LinearSystem, measurements: list[Measurement]
+) -> tuple[StateSpaceModel, Array, Array]:
+    """Bounds through the middle of the free solution, and s0 + s2 <= c; also as C x <= d."""
+    states = linear_batch(system, measurements).solve().states
+    high, low = np.median(states[:, 0]), np.median(states[:, 1])
+    total = np.median(states[:, 0] + states[:, 2])
+    model = system.model.bounded(s0_m=(-np.inf, high), s1_m=(low, np.inf)).constrained(
+        lambda x: x[0] + x[2] - total
+    )
+    C = np.zeros((3, system.model.n_x))
+    C[0, 0], C[1, 1], C[2, [0, 2]] = 1, -1, 1
+    return model, C, np.array([high, -low, total])
+
+
+def stricter_error(states: Array, wanted: Array, std: Array) -> float:
+    """Largest error in state units or standard deviations, whichever is larger."""
+    error = np.abs(states - wanted)
+    return float(np.maximum(error, error / std).max())
+
+
+@pytest.mark.parametrize("name", LINEAR)
+def test_linear_windows_while_they_grow(name: str) -> None:
+    system, seed, with_bound, with_inequality = LINEAR[name]
+    rng = np.random.default_rng(seed)
+    times = np.cumsum(rng.uniform(0.05, 0.2, N_STAGES))
+    measurements = system.simulate(times, rng, missing=0.2)
+    model, C, d = constrained_case(system, measurements)
+    estimates = run_mhe(model, measurements, MheConfig(horizon=N_STAGES - 1))
+    for k, estimate in enumerate(estimates):
+        wanted = solve_constrained(linear_batch(system, measurements[: k + 1]), C, d)
+        assert estimate.window is not None
+        assert estimate.status.is_solved
+        error = stricter_error(estimate.window.states, wanted.states, wanted.std)
+        assert error < TOLERANCE, f"window of {k + 1} stages"
+        assert (estimate.window.states @ C.T <= d + 1e-8).all()
+    assert wanted.active[:, :2].any(axis=1).sum() >= with_bound
+    assert wanted.active[:, 2].sum() >= with_inequality
+    assert not wanted.active.all()
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_pen_above_its_desk_and_beside_a_wall(seed: int) -> None:
+    """tip_z >= c at several stages, and tip_x + tip_y <= c, on the nonlinear pen."""
+    run = pens.draw_pen_run(N_STAGES, seed)
+    free = pens.pen_batch(run.measurements).solve().states
+    desk, wall = np.quantile(free[:, 2], 0.6), np.quantile(free[:, 0] + free[:, 1], 0.4)
+    model = run.model.bounded(tip_z_m=(desk, np.inf)).constrained(lambda x: x[0] + x[1] - wall)
+    C, d = np.zeros((2, 15)), np.array([-desk, wall])
+    C[0, 2], C[1, :2] = -1, 1
+    mhe = MheIpopt(model, MheConfig(horizon=full_length(run.measurements)))
+    state, errors = mhe.init(), []
+    for k, measurement in enumerate(run.measurements):
+        state, estimate = mhe.step(state, measurement)
+        assert estimate.window is not None
+        assert estimate.status is Status.SOLVED
+        if k not in (0, 1, 2, 4, 7, 9):
+            continue
+        wanted = solve_constrained(pens.pen_batch(run.measurements[: k + 1]), C, d)
+        errors.append(stricter_error(estimate.window.states, wanted.states, wanted.std))
+    assert max(errors) < TOLERANCE
+    assert wanted.active.any()
+
+
+def test_bounds_that_are_far_away_change_nothing() -> None:
+    system, rng = coupled_system(3), np.random.default_rng(2)
+    measurements = system.simulate(np.cumsum(rng.uniform(0.05, 0.2, 8)), rng)
+    config = MheConfig(horizon=4, tolerance=1e-10)
+    free = run_mhe(system.model, measurements, config)
+    far = system.model.bounded(s0_m=(-1e3, 1e3)).constrained(lambda x: x[1] - 1e3)
+    for one, other in zip(free, run_mhe(far, measurements, config), strict=True):
+        assert np.abs((one.state.mean - other.state.mean) / one.state.std).max() < TOLERANCE
+
+
+def test_a_bound_outlives_the_stage_that_carried_it() -> None:
+    """A sliding window: every newest estimate obeys, also long after the first windows."""
+    system, rng = constant_acceleration_system(1), np.random.default_rng(6)
+    measurements = system.simulate(np.cumsum(rng.uniform(0.05, 0.2, 30)), rng, missing=0.0)
+    level = float(np.median([m.y[0] for m in measurements]))
+    model = system.model.bounded(s0_m=(-np.inf, level))
+    estimates = run_mhe(model, measurements, MheConfig(horizon=4))
+    free = run_mhe(system.model, measurements, MheConfig(horizon=4))
+    newest = np.array([estimate.state.mean[0] for estimate in estimates])
+    assert sum(estimate.state.mean[0] > level for estimate in free) > 5
+    assert (newest <= level + 1e-8).all()
+    assert all(estimate.status is Status.SOLVED for estimate in estimates)

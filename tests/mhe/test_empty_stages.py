@@ -1,0 +1,65 @@
+"""Empty stages inserted into a full-length window change nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from estimation.recording import Measurement
+from estimation.status import Status
+from mhe.ipopt import MheConfig
+from models.state_space import StateSpaceModel
+from tests.estimation.pens import draw_pen_run
+from tests.linear_models import constant_acceleration_system, coupled_system, irregular_times
+from tests.mhe.runs import full_length, run_mhe, with_empty_stages
+
+TOLERANCE_STD = 1e-10
+
+
+def case(name: str) -> tuple[StateSpaceModel, list[Measurement], MheConfig]:
+    rng = np.random.default_rng(51)
+    if name == "pen":
+        run = draw_pen_run(8, 3)
+        # Newton's last step at the default tolerance leaves 1e-7 standard deviations.
+        return run.model, run.measurements, MheConfig(tolerance=1e-11)
+    system = coupled_system(2) if name == "coupled" else constant_acceleration_system(2)
+    return system.model, system.simulate(irregular_times(12, rng), rng), MheConfig()
+
+
+@pytest.mark.parametrize("name", ["pen", "coupled", "constant acceleration"])
+def test_inserted_stages_change_nothing_at_the_others(name: str) -> None:
+    model, measurements, config = case(name)
+    filled = with_empty_stages(measurements)
+    assert len(filled) > len(measurements) + 3
+    plain, split = (
+        run_mhe(model, ms, MheConfig(full_length(ms), tolerance=config.tolerance))
+        for ms in (measurements, filled)
+    )
+    row_of = {measurement.time_s: row for row, measurement in enumerate(filled)}
+    rows = [row_of[measurement.time_s] for measurement in measurements]
+    for k, row in enumerate(rows):
+        one, other = plain[k], split[row]
+        std = one.state.std
+        error_P = (other.state.covariance - one.state.covariance) / np.outer(std, std)
+        assert np.abs((other.state.mean - one.state.mean) / std).max() < TOLERANCE_STD
+        assert np.abs(error_P).max() < TOLERANCE_STD
+        assert one.window is not None
+        assert other.window is not None
+        common = other.window.states[rows[: k + 1]]
+        assert np.abs((common - one.window.states) / std).max() < TOLERANCE_STD
+    for row in set(range(len(filled))) - set(rows):
+        assert split[row].status is Status.NO_READING
+
+
+def test_two_readings_at_one_time_are_one_reading_of_both() -> None:
+    system, rng = coupled_system(2), np.random.default_rng(52)
+    together = system.simulate(irregular_times(8, rng), rng, missing=0.0)
+    apart = []
+    for measurement in together:
+        first, second = measurement.y.copy(), measurement.y.copy()
+        first[1:], second[:1] = np.nan, np.nan
+        apart += [Measurement(measurement.time_s, y) for y in (first, second)]
+    one = run_mhe(system.model, together, MheConfig(full_length(together)))
+    two = run_mhe(system.model, apart, MheConfig(full_length(apart)))[1::2]
+    for a, b in zip(one, two, strict=True):
+        assert np.abs((a.state.mean - b.state.mean) / a.state.std).max() < TOLERANCE_STD
