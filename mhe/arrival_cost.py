@@ -10,10 +10,22 @@ Each is a function of the same arguments, listed in `ARRIVAL_COSTS`.
     The model's prior covariance around the estimate of the first stage from
     all measurements before it.
 ``filtered``
-    The Gaussian that the Kalman stage carries: the dropped stage is eliminated
-    by one update and one prediction, linearised at the window's trajectory.
-    The linearisation point knows later measurements, the Gaussian does not:
-    nothing is counted twice. On a linear model the MHE is then the Kalman filter.
+    The Gaussian that an EKF carries: the dropped stage is eliminated by one update
+    and one prediction. The update is linearised at the Gaussian's own mean, as an
+    EKF's; where that would misjudge a reading at the window's estimate by more than
+    `RELINEARISATION_LIMIT` of its standard deviations (a bad start), at the window's
+    estimate instead. The Gaussian itself never sees a later measurement: nothing is
+    counted twice. On a linear model the MHE is then the Kalman filter.
+
+    Relinearising always would be simpler and worse: the window's estimate depends on
+    the noise of the very reading that is linearised there. On the D-POINT recording
+    with its camera at 3 Hz it added about 0.007 mm of ink distance (1.5 %), while never
+    relinearising lost a bad start for good.
+
+References
+----------
+Kaess et al. (2012), iSAM2: incremental smoothing and mapping using the Bayes tree,
+Int. J. Robotics Research 31(2), for relinearising only what has moved far enough.
 """
 
 from __future__ import annotations
@@ -21,12 +33,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from estimation.kalman_stage import KalmanStage
+import numpy as np
+
+from estimation.kalman_stage import KalmanStage, Update
 from estimation.recording import Measurement
 from mhe.window import Trajectory
 from models.state_space import Array, GaussianState, StateSpaceModel
 
 DIFFUSE_FACTOR = 10.0
+RELINEARISATION_LIMIT = 1.0
 
 ArrivalCost = Callable[
     [KalmanStage, GaussianState, Measurement, Measurement, Trajectory, Array], GaussianState
@@ -69,8 +84,27 @@ def _filtered(
     predicted: Array,
 ) -> GaussianState:
     x, w = trajectory.states[0], trajectory.noises[0]
-    updated = stage.update(prior, dropped.y, x_lin=x).state
-    return stage.predict(updated, first.time_s - dropped.time_s, x_lin=x, w_lin=w)
+    dt = first.time_s - dropped.time_s
+    at_mean, at_window = stage.update(prior, dropped.y), stage.update(prior, dropped.y, x_lin=x)
+    if _misjudged(stage.model, prior.mean, at_mean, x, at_window) > RELINEARISATION_LIMIT:
+        return stage.predict(at_window.state, dt, x_lin=x, w_lin=w)
+    return stage.predict(at_mean.state, dt)
+
+
+def _misjudged(
+    model: StateSpaceModel, mean: Array, at_mean: Update, x: Array, at_window: Update
+) -> float:
+    """Return by how many standard deviations a linearisation at the mean is off at x.
+
+    ``r(x)`` is the residual itself, ``r(x̄) - H (x ⊟ x̄)`` what the mean says of it.
+    """
+    residual = at_window.innovation + at_window.H @ _difference(model, mean, x)
+    expected = at_mean.innovation - at_mean.H @ _difference(model, x, mean)
+    return float(np.abs((residual - expected) / model.noise_std).max(initial=0.0))
+
+
+def _difference(model: StateSpaceModel, to: Array, origin: Array) -> Array:
+    return np.asarray(model.difference(to, origin)).ravel()
 
 
 ARRIVAL_COSTS: Mapping[str, ArrivalCost] = MappingProxyType(

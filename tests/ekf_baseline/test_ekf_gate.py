@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from ekf_baseline.ekf import Ekf, EkfConfig
+from ekf_baseline.ekf import Ekf, EkfConfig, EkfState
 from estimation.recording import Measurement
 from estimation.status import Status
 from models.errors import InputError
+from models.state_space import Array
 from tests.linear_models import LinearSystem, coupled_system
 from tests.references import kalman
 
@@ -17,7 +18,7 @@ SYSTEM = coupled_system(5)
 PROBABILITY = 0.99
 
 
-def settled(system: LinearSystem, config: EkfConfig | None = None) -> tuple[Ekf, object]:
+def settled(system: LinearSystem, config: EkfConfig | None = None) -> tuple[Ekf, EkfState]:
     """An EKF some steps into a run without outliers, with its state."""
     rng = np.random.default_rng(3)
     plain, ekf = Ekf(system.model), Ekf(system.model, config)
@@ -27,9 +28,9 @@ def settled(system: LinearSystem, config: EkfConfig | None = None) -> tuple[Ekf,
     return ekf, state
 
 
-def prediction(state: object, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    gaussian = state.gaussian  # type: ignore[attr-defined]
-    return kalman.predict(gaussian.mean, gaussian.covariance, SYSTEM.F(dt), SYSTEM.Q(dt))
+def prediction(state: EkfState, dt: float) -> tuple[Array, Array]:
+    mean, covariance = state.gaussian.mean, state.gaussian.covariance
+    return kalman.predict(mean, covariance, SYSTEM.F(dt), SYSTEM.Q(dt))
 
 
 def test_the_outlier_is_dropped_and_the_other_sensor_used() -> None:

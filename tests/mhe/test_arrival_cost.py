@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from estimation.recording import Measurement
 from mhe.arrival_cost import DIFFUSE_FACTOR
 from mhe.ipopt import MheConfig
 from models.errors import InputError
@@ -21,7 +24,7 @@ SYSTEMS = {"one axis": constant_acceleration_system(1), "coupled": coupled_syste
 TOLERANCE_STD = 1e-8
 
 
-def measured(system: LinearSystem) -> list:
+def measured(system: LinearSystem) -> list[Measurement]:
     rng = np.random.default_rng(61)
     return system.simulate(irregular_times(24, rng), rng, missing=0.25)
 
@@ -116,6 +119,6 @@ def test_the_three_differ() -> None:
         ({"tolerance": 0.0}, "tolerance"),
     ],
 )
-def test_settings_out_of_range_are_refused(settings: dict, named: str) -> None:
+def test_settings_out_of_range_are_refused(settings: dict[str, Any], named: str) -> None:
     with pytest.raises(InputError, match=named):
         MheConfig(**settings)

@@ -38,6 +38,7 @@ LINEAR = {
     "coupled": (coupled_system(3), 2, 3, 5),
     "coupled, precise sensors": (precise(coupled_system(5)), 0, 0, 2),
     "two axes, precise sensors": (precise(constant_acceleration_system(2)), 2, 6, 8),
+    "two axes, precise, nearly degenerate": (precise(constant_acceleration_system(2)), 1, 5, 7),
     "coupled, precise, many active": (precise(coupled_system(3)), 2, 3, 6),
     "one axis, precise sensors": (precise(constant_acceleration_system(1)), 0, 8, 0),
 }

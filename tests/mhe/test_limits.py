@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -43,7 +45,9 @@ def warm_start(before: Estimate | None, state: MheState) -> Array:
         ({"max_time_s": 1e-6}, Status.TIME_LIMIT),
     ],
 )
-def test_a_limit_returns_the_best_point(horizon: int, settings: dict, flag: Status) -> None:
+def test_a_limit_returns_the_best_point(
+    horizon: int, settings: dict[str, Any], flag: Status
+) -> None:
     """Never worse than the warm start, by a cost written down without CasADi."""
     mhe = MheIpopt(RUN.model, MheConfig(horizon=horizon, **settings))
     state, before, flagged = mhe.init(), None, 0

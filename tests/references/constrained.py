@@ -3,7 +3,9 @@
 In the coordinates u = R (z - z*) of the unconstrained optimum z*, J = Q R, the
 Hessian is nearly the identity, which SLSQP's quasi-Newton matrix starts from.
 SLSQP still ends some digits early; Gauss-Newton steps with its active rows as
-equations bring the rest, and wrong signs of multipliers would show a wrong set.
+equations bring the rest. A row that is then broken is added, one with a
+multiplier of the wrong sign let go, so what comes back meets the optimality
+conditions.
 """
 
 from __future__ import annotations
@@ -62,26 +64,35 @@ def solve_constrained(problem: BatchProblem, C: Array, d: Array) -> ConstrainedS
         options={"ftol": 1e-15, "maxiter": 500},
     )
     active = slack - M @ found.x < ACTIVE_SLACK_STD
-    z = _polished(problem, free.z + to_z @ found.x, A[active], b[active])
-    assert (b - A @ z >= -1e-9 * length).all(), "the polished point breaks an inactive row"
+    z = free.z + to_z @ found.x
+    for _ in range(10):
+        z, multiplier = _polished(problem, z, A[active], b[active])
+        held = np.zeros(len(b))
+        held[active] = multiplier
+        wrong = (b - A @ z < -1e-9 * length) | (held < -1e-9)
+        if not wrong.any():
+            break
+        active = active ^ wrong
+    assert not wrong.any(), "SLSQP's active set could not be mended"
     states = problem.states(z)
     return ConstrainedSolution(
         states, free.std, active.reshape(len(states), len(d)), problem.cost(states)
     )
 
 
-def _polished(problem: BatchProblem, z: Array, A: Array, b: Array) -> Array:
-    """Gauss-Newton on A z = b, until it stands still; multipliers must push inwards."""
+def _polished(problem: BatchProblem, z: Array, A: Array, b: Array) -> tuple[Array, Array]:
+    """Gauss-Newton on A z = b, until it stands still; also return the multipliers."""
     for _ in range(30):
         J, r = problem.jacobian(z), problem.residual(z)
         R = np.linalg.qr(J, mode="r")
         M = np.linalg.solve(R.T, A.T).T
         gradient = np.linalg.solve(R.T, J.T @ r)
-        multiplier = np.linalg.lstsq(M @ M.T, M @ -gradient - (b - A @ z), rcond=None)[0]
-        step = -gradient - M.T @ multiplier
+        length = np.linalg.norm(M, axis=1)
+        M, slack = M / length[:, None], (b - A @ z) / length
+        step = -gradient + np.linalg.lstsq(M, slack + M @ gradient, rcond=None)[0]
+        multiplier = np.linalg.lstsq(M.T, -gradient - step, rcond=None)[0]
         z = z + np.linalg.solve(R, step)
         if np.linalg.norm(step) < 1e-12:
             break
     assert np.linalg.norm(step) < 1e-9, "the polish did not settle"
-    assert (multiplier > -1e-9).all(), "a row is held that should be let go"
-    return z
+    return z, multiplier
