@@ -9,7 +9,8 @@ import numpy as np
 from estimation.estimate import EstimateHistory
 from estimation.recording import Recording
 from models.errors import InputError
-from models.state_space import SensorModel, StateSpaceModel
+from models.sensor_model import SensorModel
+from models.state_space import StateSpaceModel
 
 
 def frames_per_kept(recorded_rate_hz: float | None, rate_hz: float) -> int:

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
+from models.arrays import Array
 from models.errors import InputError
-from models.state_space import Array
 
 INCH_MM = 25.4
 OUTLIER_FACTOR = 2.0

@@ -10,8 +10,9 @@ import numpy as np
 
 from estimation.estimate import EstimateHistory
 from estimation.recording import Truth
+from models.arrays import Array
 from models.errors import InputError
-from models.state_space import Array, StateSpaceModel
+from models.state_space import StateSpaceModel
 
 ERROR_COLUMNS: Mapping[str, tuple[tuple[str, ...], float]] = MappingProxyType(
     {

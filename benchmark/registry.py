@@ -15,7 +15,8 @@ from typing import Any
 
 from ekf_baseline.ekf import Ekf, EkfConfig
 from estimation.estimator import Estimator
-from mhe.ipopt import MheConfig, MheIpopt
+from mhe.config import MheConfig
+from mhe.ipopt import MheIpopt
 from models.errors import InputError
 from models.pen import PenConfig, pen_model
 from models.pen_file import load_pen

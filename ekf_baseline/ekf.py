@@ -14,7 +14,8 @@ from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.recording import Measurement
 from estimation.status import Status
 from models.errors import InputError
-from models.state_space import GaussianState, StateSpaceModel
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,10 @@ import numpy as np
 import pandas as pd
 
 from estimation.status import Status
+from models.arrays import Array
 from models.errors import InputError
-from models.state_space import Array, GaussianState, StateSpaceModel
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +116,10 @@ class EstimateHistory:
 
     def column(self, state: str) -> Array:
         """Return the estimates (n,) of one state by name."""
+        if state not in self.state_names:
+            raise InputError(
+                f"state {state} is unknown, expected one of {', '.join(self.state_names)}"
+            )
         return self.mean[:, self.state_names.index(state)]
 
     def at(self, time_s: Array) -> EstimateHistory:

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.recording import Measurement, Recording
 from estimation.status import Status
-from models.state_space import Array, GaussianState, StateSpaceModel
+from models.arrays import Array
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
 
 StateT = TypeVar("StateT")
 

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.state_space import Array
+from models.arrays import Array
 
 
 class FunctionCall:

@@ -19,7 +19,9 @@ import numpy as np
 
 from estimation.kalman_stage import KalmanStage
 from estimation.recording import Measurement
-from models.state_space import Array, GaussianState, StateSpaceModel
+from models.arrays import Array
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
 
 OBSERVABLE_FRACTION = 0.3
 """A state counts as observable when its bound falls below this part of the prior's

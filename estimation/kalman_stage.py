@@ -22,7 +22,9 @@ from numpy.typing import NDArray
 
 from estimation.function_call import FunctionCall
 from estimation.native import compiled
-from models.state_space import Array, GaussianState, StateSpaceModel
+from models.arrays import Array
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
 
 
 def _symmetric(matrix: ca.SX) -> ca.SX:

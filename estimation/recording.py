@@ -10,8 +10,10 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from models.arrays import Array
 from models.errors import InputError
-from models.state_space import Array, SensorModel, StateSpaceModel
+from models.sensor_model import SensorModel
+from models.state_space import StateSpaceModel
 
 TIME_DIGITS = 9
 """Time stamps are compared to a nanosecond."""

@@ -38,7 +38,9 @@ import numpy as np
 from estimation.kalman_stage import KalmanStage, Update
 from estimation.recording import Measurement
 from mhe.window import Trajectory
-from models.state_space import Array, GaussianState, StateSpaceModel
+from models.arrays import Array
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
 
 DIFFUSE_FACTOR = 10.0
 RELINEARISATION_LIMIT = 1.0

@@ -22,7 +22,9 @@ from scipy.linalg import solve_triangular
 
 from estimation.kalman_stage import rows_present, stacked_residual, without_gaps
 from estimation.recording import Measurement
-from models.state_space import Array, GaussianState, StateSpaceModel
+from models.arrays import Array
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,11 +98,6 @@ class WindowProblem:
         }
         cost = ca.Function("cost", [nlp["x"], parameters], [nlp["f"]], {"cse": True})
         return cls(model, n_intervals, nlp, cost, _gauss_newton(nlp, residual), bounded)
-
-    @property
-    def has_inequalities(self) -> bool:
-        """Whether any state has a bound or the model an inequality."""
-        return bool(self.bounded) or self.model.inequality.numel_out(0) > 0
 
     def parameters(
         self,

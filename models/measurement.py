@@ -14,8 +14,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from models.arrays import Array
 from models.kinematics import RigidBody
 from models.rotation import axis_difference, rotation_matrix, rotation_vector
+from models.sensor_model import SensorModel
 from models.sensors import (
     Accelerometer,
     Contact,
@@ -25,7 +27,6 @@ from models.sensors import (
     WritingArea,
     sample_noise_std,
 )
-from models.state_space import Array, SensorModel
 
 _AXIS = {"x": 0, "y": 1, "z": 2}
 

@@ -22,9 +22,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from models.arrays import Array
 from models.config import UnitConfig
 from models.errors import InputError
-from models.state_space import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,17 +25,14 @@ from pydantic import Field, PositiveFloat
 
 from models.config import UnitConfig
 from models.errors import InputError
+from models.gaussian import GaussianState
 from models.kinematics import RigidBody
+from models.manifold import additive_manifold, no_inequality
 from models.measurement import BiasStates, MovingBody, bias_states, sensor_model
 from models.process_noise import constant_acceleration, white_jerk_factor
 from models.rotation import world_to_body
 from models.sensors import Sensor, Vector3
-from models.state_space import (
-    GaussianState,
-    StateSpaceModel,
-    additive_manifold,
-    no_inequality,
-)
+from models.state_space import StateSpaceModel
 
 UNIFORM_ANGLE_STD_RAD = math.pi / math.sqrt(3)
 """Standard deviation of an angle of which nothing is known."""

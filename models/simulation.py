@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from models.arrays import Array
 from models.errors import InputError
 from models.motions import Motion
-from models.state_space import Array, SensorModel, StateSpaceModel
+from models.sensor_model import SensorModel
+from models.state_space import StateSpaceModel
 
 NEWTON_STEPS = 5
 

@@ -10,8 +10,7 @@ vector, ``difference(a, b)`` is the tangent vector from b to a.
 from __future__ import annotations
 
 import dataclasses
-import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,70 +18,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from models.arrays import Array
 from models.errors import InputError
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class GaussianState:
-    """A Gaussian over the state: mean (n_x,) and covariance (n_x, n_x), model units."""
-
-    mean: Array
-    covariance: Array
-
-    @property
-    def std(self) -> Array:
-        """Standard deviations (n_x,)."""
-        return np.sqrt(np.diag(self.covariance))
-
-
-@dataclass(frozen=True, eq=False)
-class SensorModel:
-    """One sensor as the estimators see it.
-
-    Parameters
-    ----------
-    name : its name in the pen file
-    kind : one of `models.sensors.SENSOR_KINDS`, for display only
-    axes, unit_of_axis : the components of a reading y and their units
-    h : casadi.Function (n_x,) -> (n_y,), the reading without noise
-    residual : casadi.Function (n_y,), (n_x,) -> (n_r,), y "minus" h(x); its rows
-        are in the unit of `noise_std`
-    noise_std, unit_of_row : (n_r,) standard deviation and unit of the residual's rows
-    rate_hz, delay_s : see `models.sensors.SensorBase`
-    constant_reading : (n_y,) for a sensor without readings of its own, else None
-    reading_limit : |y| at or beyond it is saturated, in the reading's unit
-    """
-
-    name: str
-    kind: str
-    axes: tuple[str, ...]
-    unit_of_axis: tuple[str, ...]
-    h: ca.Function
-    residual: ca.Function
-    noise_std: Array
-    unit_of_row: tuple[str, ...]
-    rate_hz: float | None = None
-    delay_s: float = 0.0
-    constant_reading: Array | None = None
-    reading_limit: float | None = None
-
-    @property
-    def n_y(self) -> int:
-        """Number of components of a reading."""
-        return len(self.axes)
-
-    @property
-    def n_r(self) -> int:
-        """Number of rows of the residual."""
-        return len(self.noise_std)
-
-    @cached_property
-    def row_needs(self) -> NDArray[np.bool_]:
-        """(n_r, n_y): which components of y each row of the residual depends on."""
-        pattern = self.residual.sparsity_jac(0, 0)
-        return np.array(ca.DM(pattern, 1).full() != 0)
+from models.gaussian import GaussianState
+from models.model_checks import check_model
+from models.sensor_model import SensorModel, noise_text
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +56,7 @@ class StateSpaceModel:
     regularity: ca.Function
 
     def __post_init__(self) -> None:
-        _check_shapes(self)
+        check_model(self)
 
     @property
     def n_x(self) -> int:
@@ -213,7 +153,7 @@ class StateSpaceModel:
             lines.append(f"  {name:32s} prior {mean:10.4g} ± {std:.4g}")
         for sensor in self.sensors:
             rate = f"{sensor.rate_hz:g} Hz" if sensor.rate_hz else "as recorded"
-            noise = _noise_text(sensor)
+            noise = noise_text(sensor)
             lines.append(f"  {sensor.name} ({sensor.kind}, {rate}): noise {noise}")
         return "\n".join(lines)
 
@@ -225,7 +165,7 @@ class StateSpaceModel:
             )
         )
         sensors = "".join(
-            f"<tr><td>{sensor.name}</td><td>{sensor.kind}</td><td>{_noise_text(sensor)}</td></tr>"
+            f"<tr><td>{sensor.name}</td><td>{sensor.kind}</td><td>{noise_text(sensor)}</td></tr>"
             for sensor in self.sensors
         )
         return (
@@ -233,100 +173,3 @@ class StateSpaceModel:
             f"</table><table><tr><th>sensor</th><th>kind</th><th>noise (std)</th></tr>{sensors}"
             "</table>"
         )
-
-
-def additive_manifold(wrapped: Sequence[bool]) -> tuple[ca.Function, ca.Function]:
-    """Return (retract, difference) of plain addition with wrapped angles.
-
-    Parameters
-    ----------
-    wrapped : (n_x,), true where a component is an angle on the circle: it is
-        then kept within [-π, π], and the difference is the short way round
-    """
-    x, delta = ca.SX.sym("x", len(wrapped)), ca.SX.sym("delta", len(wrapped))
-
-    def wrap(vector: ca.SX) -> ca.SX:
-        return ca.vertcat(
-            *(
-                ca.remainder(vector[i], 2 * ca.pi) if angle else vector[i]
-                for i, angle in enumerate(wrapped)
-            )
-        )
-
-    retract = ca.Function("retract", [x, delta], [wrap(x + delta)], ["x", "delta"], ["x_moved"])
-    other = ca.SX.sym("other", len(wrapped))
-    difference = ca.Function("difference", [x, other], [wrap(x - other)], ["to", "from"], ["delta"])
-    return retract, difference
-
-
-def no_inequality(n_x: int) -> ca.Function:
-    """Return the inequality of a model that has none: (n_x,) -> (0,)."""
-    x = ca.SX.sym("x", n_x)
-    return ca.Function("inequality", [x], [ca.SX(0, 1)], ["x"], ["g"])
-
-
-def always_regular(n_x: int) -> ca.Function:
-    """Return the regularity of a model without singular coordinates: the constant 1."""
-    x = ca.SX.sym("x", n_x)
-    return ca.Function("regularity", [x], [ca.SX(1)], ["x"], ["margin"])
-
-
-def _noise_text(sensor: SensorModel) -> str:
-    """Return e.g. ``0.1 m/s² (3 rows), …``: equal neighbours together."""
-    parts: list[str] = []
-    for (std, unit), group in itertools.groupby(
-        zip(sensor.noise_std, sensor.unit_of_row, strict=True)
-    ):
-        parts.append(f"{std:.3g} {unit} ({len(list(group))} rows)")
-    return ", ".join(parts)
-
-
-def _check_shapes(model: StateSpaceModel) -> None:
-    n_x = model.n_x
-    expected = {
-        "state_units": (len(model.state_units), n_x),
-        "f's state": (model.f.numel_in(0), n_x),
-        "f's step": (model.f.numel_in(2), 1),
-        "f's result": (model.f.numel_out(0), n_x),
-        "prior mean": (model.prior.mean.size, n_x),
-        "prior covariance": (model.prior.covariance.size, n_x * n_x),
-        "lower": (model.lower.size, n_x),
-        "upper": (model.upper.size, n_x),
-        "retract": (model.retract.numel_out(0), n_x),
-        "difference": (model.difference.numel_out(0), n_x),
-        "inequality": (model.inequality.numel_in(0), n_x),
-        "regularity": (model.regularity.numel_out(0), 1),
-    }
-    for sensor in model.sensors:
-        expected[f"{sensor.name}: h"] = (sensor.h.numel_out(0), sensor.n_y)
-        expected[f"{sensor.name}: residual"] = (sensor.residual.numel_out(0), sensor.n_r)
-        expected[f"{sensor.name}: h's state"] = (sensor.h.numel_in(0), n_x)
-        expected[f"{sensor.name}: residual's reading"] = (sensor.residual.numel_in(0), sensor.n_y)
-        expected[f"{sensor.name}: residual's state"] = (sensor.residual.numel_in(1), n_x)
-        expected[f"{sensor.name}: unit_of_axis"] = (len(sensor.unit_of_axis), sensor.n_y)
-        expected[f"{sensor.name}: unit_of_row"] = (len(sensor.unit_of_row), sensor.n_r)
-        if sensor.constant_reading is not None:
-            size = sensor.constant_reading.size
-            expected[f"{sensor.name}: constant_reading"] = (size, sensor.n_y)
-    for what, (size, wanted) in expected.items():
-        if size != wanted:
-            raise InputError(f"model {model.name}: {what} has {size} entries, expected {wanted}")
-    mean, covariance = model.prior.mean, model.prior.covariance
-    for what, array, shape in (("mean", mean, (n_x,)), ("covariance", covariance, (n_x, n_x))):
-        if array.shape != shape:
-            raise InputError(
-                f"model {model.name}: the prior {what} has shape {array.shape}, expected {shape}"
-            )
-        if not np.isfinite(array).all():
-            raise InputError(
-                f"model {model.name}: the prior {what} has entries that are not finite"
-            )
-    asymmetry = np.abs(covariance - covariance.T)
-    if (asymmetry > 1e-9 * np.abs(covariance).max()).any():
-        raise InputError(f"model {model.name}: the prior covariance is not symmetric")
-    try:
-        np.linalg.cholesky(covariance)
-    except np.linalg.LinAlgError:
-        raise InputError(
-            f"model {model.name}: the prior covariance is not positive definite"
-        ) from None

@@ -12,7 +12,7 @@ import typer
 from benchmark.registry import ESTIMATORS, EstimatorSettings, bundled_pens, find_pen
 from benchmark.simulate import simulate_recording
 from mhe.arrival_cost import ARRIVAL_COSTS
-from mhe.ipopt import MheConfig
+from mhe.config import MheConfig
 from models.errors import InputError
 from models.motions import strokes
 from pen_mhe import benchmark_run, dpoint_table

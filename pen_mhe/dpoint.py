@@ -16,8 +16,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from estimation.recording import Recording
+from models.arrays import Array
 from models.errors import InputError
-from models.state_space import Array
 
 STYLUS_FILE, CAMERA_FILE, SCAN_FILE = "stylus_data.json", "camera_data.json", "scan.jpg"
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmark.camera import frames_per_kept
 from benchmark.registry import EstimatorSettings, find_pen
-from mhe.ipopt import MheConfig
+from mhe.config import MheConfig
 from models.errors import InputError
 from models.sensors import PoseCamera
 from pen_mhe.console import console, print_table, progress

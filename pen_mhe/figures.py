@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmark.first_light import Cell
+from benchmark.first_light import NOT_OBSERVABLE, Cell
 from benchmark.ink import InkMatch
 from estimation.estimate import EstimateHistory
 from estimation.recording import Recording, Truth
@@ -91,34 +91,41 @@ def _draw_angle(axes: Axes, history: EstimateHistory, state: str, truth: Truth |
 
 
 def benchmark_figure(recording: Recording, cells: list[Cell]) -> Figure:
-    """Draw true and estimated elevation and tip for every configuration, both estimators."""
+    """Draw true and estimated elevation and tip for every configuration, both estimators.
+
+    What a configuration cannot see is said, not drawn.
+    """
     truth = recording.truth
     assert truth is not None
-    configurations = list(dict.fromkeys(cell.configuration for cell in cells))
+    by_label: dict[str, list[Cell]] = {}
+    for cell in cells:
+        by_label.setdefault(str(cell.row["sensors"]), []).append(cell)
     figure, axes = plt.subplots(
-        2, len(configurations), figsize=(3.4 * len(configurations), 6), layout="constrained"
+        2, len(by_label), figsize=(3.2 * len(by_label), 6), layout="constrained", sharey="row"
     )
-    index = truth.names.index("elevation_rad")
-    tip = [truth.names.index(name) for name in ("tip_x_m", "tip_y_m")]
-    for column, configuration in enumerate(configurations):
-        angle, path = axes[:, column]
-        angle.plot(truth.time_s, np.degrees(truth.values[:, index]), **TRUTH_STYLE)
+    elevation, *tip = (truth.names.index(n) for n in ("elevation_rad", "tip_x_m", "tip_y_m"))
+    for (angle, path), (label, of_label) in zip(axes.T, by_label.items(), strict=True):
+        angle.set(title=label, xlabel="time / s", ylim=(40, 70))
+        path.set(xlabel="tip x / mm", xlim=(-20, 50), ylim=(-50, 20), aspect="equal")
+        angle.plot(truth.time_s, np.degrees(truth.values[:, elevation]), **TRUTH_STYLE)
         path.plot(*(truth.values[:, tip].T * 1e3), **TRUTH_STYLE)
-        for cell in (c for c in cells if c.configuration == configuration):
-            history = cell.history
-            angle.plot(
-                history.time_s, np.degrees(history.column("elevation_rad")), label=cell.estimator
-            )
-            xy = np.column_stack([history.column("tip_x_m"), history.column("tip_y_m")]) * 1e3
-            path.plot(*xy.T, label=cell.estimator)
-        angle.set_title(configuration)
-        angle.set_xlabel("time / s")
-        path.set_xlabel("tip x / mm")
-        path.set_xlim(-40, 70)
-        path.set_ylim(-60, 50)
-        path.set_aspect("equal")
-        angle.set_ylim(20, 80)
+        for cell in of_label:
+            _draw_if_observable(angle, path, cell)
     axes[0, 0].set_ylabel("elevation / °")
     axes[1, 0].set_ylabel("tip y / mm")
     axes[0, -1].legend(loc="upper right")
     return figure
+
+
+def _draw_if_observable(angle: Axes, path: Axes, cell: Cell) -> None:
+    history = cell.history
+    tip_mm = [history.column(name) * 1e3 for name in ("tip_x_m", "tip_y_m")]
+    elevation = [history.time_s, np.degrees(history.column("elevation_rad"))]
+    for axes, column, curve in (
+        (angle, "elevation_deg", elevation),
+        (path, "tip_mm", tip_mm),
+    ):
+        if cell.row[column] != NOT_OBSERVABLE:
+            axes.plot(*curve, label=cell.estimator)
+        elif not axes.texts:
+            axes.text(0.5, 0.9, NOT_OBSERVABLE, transform=axes.transAxes, ha="center")

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from estimation.recording import Recording
+from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig
 from models.sensors import Contact, PoseCamera
-from models.state_space import Array
 from pen_mhe.dpoint import is_dpoint_folder, read_dpoint
 from pen_mhe.tables import read_table, recording_from_table
 

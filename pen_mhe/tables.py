@@ -16,10 +16,10 @@ import numpy as np
 import pandas as pd
 
 from estimation.recording import Recording, Truth
+from models.arrays import Array
 from models.errors import InputError
 from models.measurement import reading_axes
 from models.pen import PenConfig
-from models.state_space import Array
 from models.units import UNITS
 
 TIME_COLUMNS = MappingProxyType({f"time_{unit}": factor for unit, factor in UNITS["s"].items()})

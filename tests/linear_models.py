@@ -9,16 +9,12 @@ import casadi as ca
 import numpy as np
 
 from estimation.recording import Measurement
+from models.arrays import Array
+from models.gaussian import GaussianState
+from models.manifold import additive_manifold, always_regular, no_inequality
 from models.process_noise import constant_acceleration, white_jerk_factor
-from models.state_space import (
-    Array,
-    GaussianState,
-    SensorModel,
-    StateSpaceModel,
-    additive_manifold,
-    always_regular,
-    no_inequality,
-)
+from models.sensor_model import SensorModel
+from models.state_space import StateSpaceModel
 
 
 @dataclass(frozen=True, eq=False)

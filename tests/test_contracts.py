@@ -18,7 +18,7 @@ from benchmark.simulate import simulate_recording
 from estimation.estimator import run_measurements
 from estimation.recording import Measurement, Recording
 from mhe.arrival_cost import ARRIVAL_COSTS
-from mhe.ipopt import MheConfig
+from mhe.config import MheConfig
 from tests.contracts import check_failures, check_history, check_inputs_unchanged, check_model
 
 DURATION_S = 0.25

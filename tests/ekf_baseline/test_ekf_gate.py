@@ -9,8 +9,8 @@ from scipy.stats import chi2
 from ekf_baseline.ekf import Ekf, EkfConfig, EkfState
 from estimation.recording import Measurement
 from estimation.status import Status
+from models.arrays import Array
 from models.errors import InputError
-from models.state_space import Array
 from tests.linear_models import LinearSystem, coupled_system
 from tests.references import kalman
 

@@ -7,7 +7,7 @@ import pytest
 
 from ekf_baseline.ekf import Ekf
 from estimation.recording import Measurement
-from models.state_space import Array
+from models.arrays import Array
 from tests.estimation import pens
 from tests.references import kalman
 from tests.references.batch import white_jerk_step

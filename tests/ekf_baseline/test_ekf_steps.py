@@ -8,7 +8,8 @@ import pytest
 from ekf_baseline.ekf import Ekf
 from estimation.recording import Measurement
 from estimation.status import Status
-from models.state_space import Array, StateSpaceModel
+from models.arrays import Array
+from models.state_space import StateSpaceModel
 from tests.estimation.pens import draw_pen_run
 from tests.linear_models import constant_acceleration_system, coupled_system, irregular_times
 

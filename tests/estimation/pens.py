@@ -9,8 +9,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from estimation.recording import Measurement
+from models.arrays import Array
 from models.pen import PenConfig, pen_model
-from models.state_space import Array, StateSpaceModel
+from models.state_space import StateSpaceModel
 from tests.references import pen_readings
 from tests.references.batch import BatchProblem, white_jerk_step
 

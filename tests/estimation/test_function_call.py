@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from estimation.function_call import FunctionCall
-from models.state_space import Array
+from models.arrays import Array
 
 
 def example() -> ca.Function:

@@ -9,7 +9,7 @@ from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import run, run_measurements
 from estimation.recording import Recording
 from estimation.status import Status
-from models.state_space import GaussianState
+from models.gaussian import GaussianState
 from tests.linear_models import constant_acceleration_system
 
 SYSTEM = constant_acceleration_system(1)

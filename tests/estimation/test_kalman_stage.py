@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from estimation.kalman_stage import KalmanStage, rows_present
+from models.arrays import Array
+from models.gaussian import GaussianState
 from models.pen import pen_model
-from models.state_space import Array, GaussianState
 from tests.estimation.pens import draw_pen_run, pen_config
 from tests.linear_models import coupled_system
 from tests.references import kalman

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from estimation.recording import Recording
+from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig, pen_model
-from models.state_space import Array, StateSpaceModel
+from models.state_space import StateSpaceModel
 
 ACCEL = {"kind": "accelerometer", "bandwidth_hz": 50.0, "noise_density_m_s2_per_sqrt_hz": 0.01}
 CENTRE = (0.1, 0.2, 0.0)

@@ -11,7 +11,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from estimation.recording import Measurement
-from models.state_space import Array, GaussianState, StateSpaceModel
+from models.arrays import Array
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
 from tests.linear_models import random_walk_system
 
 K, A_NOISE, B_NOISE, CUBIC = 30.0, 0.05, 1.0, 0.3

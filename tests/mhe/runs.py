@@ -6,8 +6,10 @@ import numpy as np
 
 from estimation.estimate import Estimate
 from estimation.recording import Measurement
-from mhe.ipopt import MheConfig, MheIpopt
-from models.state_space import Array, StateSpaceModel
+from mhe.config import MheConfig
+from mhe.ipopt import MheIpopt
+from models.arrays import Array
+from models.state_space import StateSpaceModel
 from tests.linear_models import LinearSystem
 from tests.references.batch import BatchProblem, linear_readings
 

@@ -9,7 +9,7 @@ import pytest
 
 from estimation.recording import Measurement
 from mhe.arrival_cost import DIFFUSE_FACTOR
-from mhe.ipopt import MheConfig
+from mhe.config import MheConfig
 from models.errors import InputError
 from tests.linear_models import (
     LinearSystem,

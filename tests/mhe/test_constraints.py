@@ -9,8 +9,10 @@ import pytest
 
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.ipopt import MheConfig, MheIpopt
-from models.state_space import Array, StateSpaceModel
+from mhe.config import MheConfig
+from mhe.ipopt import MheIpopt
+from models.arrays import Array
+from models.state_space import StateSpaceModel
 from tests.estimation import pens
 from tests.linear_models import LinearSystem, constant_acceleration_system, coupled_system
 from tests.mhe.runs import full_length, linear_batch, run_mhe

@@ -7,7 +7,7 @@ import pytest
 
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.ipopt import MheConfig
+from mhe.config import MheConfig
 from models.state_space import StateSpaceModel
 from tests.estimation.pens import draw_pen_run
 from tests.linear_models import constant_acceleration_system, coupled_system, irregular_times

@@ -8,7 +8,8 @@ import pytest
 from estimation.kalman_stage import KalmanStage
 from estimation.recording import Measurement
 from mhe.ipopt import MheConfig, MheIpopt, MheState
-from models.state_space import Array, GaussianState
+from models.arrays import Array
+from models.gaussian import GaussianState
 from tests.estimation import pens
 from tests.references.batch import white_jerk_step
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from estimation.recording import Measurement
-from mhe.ipopt import MheConfig, MheIpopt
-from models.state_space import GaussianState
+from mhe.config import MheConfig
+from mhe.ipopt import MheIpopt
+from models.gaussian import GaussianState
 from tests.estimation import pens
 from tests.linear_models import (
     LinearSystem,

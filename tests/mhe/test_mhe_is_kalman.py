@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from estimation.status import Status
-from mhe.ipopt import MheConfig
+from mhe.config import MheConfig
 from tests.linear_models import (
     constant_acceleration_system,
     coupled_system,

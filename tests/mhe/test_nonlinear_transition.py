@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 from estimation.kalman_stage import KalmanStage
-from mhe.ipopt import MheConfig, MheIpopt
-from models.state_space import GaussianState
+from estimation.recording import Measurement
+from mhe.arrival_cost import RELINEARISATION_LIMIT
+from mhe.config import MheConfig
+from mhe.ipopt import MheIpopt
+from models.arrays import Array
+from models.gaussian import GaussianState
 from tests.mhe import pendulum
 from tests.mhe.pendulum import PendulumBatch
 
@@ -31,35 +35,51 @@ def test_prediction_is_linearised_at_the_point_given(stage: KalmanStage) -> None
         np.testing.assert_allclose(predicted.covariance, wanted_P, rtol=0, atol=1e-12)
 
 
-def test_filtered_arrival_cost_eliminates_the_stage_at_the_trajectory() -> None:
-    """One update and one prediction by hand, at the smoothed state and noise."""
-    measurements = pendulum.simulate(14, seed=2)
+def eliminate(
+    prior: GaussianState, dropped: Measurement, dt: float, x_lin: Array, w_lin: Array | None
+) -> GaussianState:
+    """One update at x_lin and one prediction by hand; at the filter's own mean without w_lin."""
+    there = ~np.isnan(dropped.y)
+    H = np.array([[np.cos(x_lin[0]), 0.0], [0.0, 1.0]])[there]
+    h = np.array([np.sin(x_lin[0]), x_lin[1]])[there]
+    R = np.diag(np.square([pendulum.SINE_STD, pendulum.RATE_STD])[there])
+    x, P = prior.mean, prior.covariance
+    K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+    x, P = x + K @ (dropped.y[there] - h - H @ (x - x_lin)), P - K @ H @ P
+    if w_lin is None:
+        x_lin, w_lin = x, np.zeros(2)
+    F, G = pendulum.derivatives(x_lin, w_lin, dt)
+    reached = pendulum.step(x_lin, w_lin, dt) + F @ (x - x_lin) - G @ w_lin
+    return GaussianState(reached, F @ P @ F.T + G @ G.T)
+
+
+def test_filtered_arrival_cost_eliminates_the_dropped_stage() -> None:
+    """At the filter's mean; at the window's trajectory where the mean misjudges the reading."""
+    measurements, relinearised = pendulum.simulate(60, seed=2), []
     mhe = MheIpopt(pendulum.model(), MheConfig(horizon=4))
-    state, slid = mhe.init(), 0
+    state = mhe.init()
     for measurement in measurements:
         before, (state, _) = state, mhe.step(state, measurement)
         if len(before.measurements) < 5:
             continue
-        slid += 1
         assert state.measurements[0] is before.measurements[1]
         assert before.trajectory is not None
-        x_lin, w_lin = before.trajectory.states[0], before.trajectory.noises[0]
-        dropped, dt = before.measurements[0], np.diff([m.time_s for m in before.measurements])[0]
-        there = ~np.isnan(dropped.y)
-        H = np.array([[np.cos(x_lin[0]), 0.0], [0.0, 1.0]])[there]
-        h = np.array([np.sin(x_lin[0]), x_lin[1]])[there]
-        R = np.diag(np.square([pendulum.SINE_STD, pendulum.RATE_STD])[there])
-        x, P = before.prior.mean, before.prior.covariance
-        K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
-        x = x + K @ (dropped.y[there] - h - H @ (x - x_lin))
-        P = P - K @ H @ P
-        F, G = pendulum.derivatives(x_lin, w_lin, dt)
-        wanted = pendulum.step(x_lin, w_lin, dt) + F @ (x - x_lin) - G @ w_lin
-        wanted_P = F @ P @ F.T + G @ G.T
-        std = np.sqrt(np.diag(wanted_P))
-        assert np.abs((state.prior.mean - wanted) / std).max() < 1e-10
-        assert np.abs((state.prior.covariance - wanted_P) / np.outer(std, std)).max() < 1e-10
-    assert slid == 9
+        x, w = before.trajectory.states[0], before.trajectory.noises[0]
+        dropped, mean = before.measurements[0], before.prior.mean
+        dt = before.measurements[1].time_s - dropped.time_s
+        # Only sinθ is curved: what a tangent at the mean gets wrong of it.
+        curved = np.sin(x[0]) - np.sin(mean[0]) - np.cos(mean[0]) * (x[0] - mean[0])
+        has_sine = not np.isnan(dropped.y[0])
+        far = has_sine and abs(curved) / pendulum.SINE_STD > RELINEARISATION_LIMIT
+        at = (x, w) if far else (mean, None)
+        wanted = eliminate(before.prior, dropped, dt, *at)
+        relinearised.append(far)
+        assert np.abs((state.prior.mean - wanted.mean) / wanted.std).max() < 1e-10
+        error_P = state.prior.covariance - wanted.covariance
+        assert np.abs(error_P / np.outer(wanted.std, wanted.std)).max() < 1e-10
+    assert len(relinearised) == 55
+    assert any(relinearised)
+    assert not all(relinearised)
 
 
 @pytest.mark.parametrize("seed", [2, 3, 4])

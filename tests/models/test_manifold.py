@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from models.manifold import additive_manifold
 from models.pen import pen_model
 from models.sensors import Accelerometer
-from models.state_space import additive_manifold
 from tests.models.pens import ACCELEROMETER, Array, call, pen
 
 SENSORS = {"accel": Accelerometer(**ACCELEROMETER, bias_std_m_s2=0.3)}

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from models.errors import InputError
+from models.gaussian import GaussianState
 from models.pen import pen_model
-from models.state_space import GaussianState, StateSpaceModel
+from models.state_space import StateSpaceModel
 from tests.models.pens import every_sensor, pen
 
 PEN = pen_model(pen(6, every_sensor(np.random.default_rng(6))))

@@ -10,8 +10,8 @@ from scipy.integrate import quad
 
 from models.pen import pen_model
 from models.pen_file import parse_pen
+from models.sensor_model import SensorModel
 from models.sensors import Accelerometer, Gyroscope, PoseCamera, sample_noise_std
-from models.state_space import SensorModel
 from tests.models.pens import ACCELEROMETER, CAMERA, GYROSCOPE, pen
 
 DEG = np.pi / 180

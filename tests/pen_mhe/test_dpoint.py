@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmark.registry import EstimatorSettings, find_pen
-from mhe.ipopt import MheConfig
+from mhe.config import MheConfig
 from models.errors import InputError
 from pen_mhe.cli import app
 from pen_mhe.dpoint import CAMERA_FILE, STYLUS_FILE, read_dpoint
