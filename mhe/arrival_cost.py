@@ -31,6 +31,7 @@ Int. J. Robotics Research 31(2), for relinearising only what has moved far enoug
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -45,9 +46,27 @@ from models.state_space import StateSpaceModel
 DIFFUSE_FACTOR = 10.0
 RELINEARISATION_LIMIT = 1.0
 
-ArrivalCost = Callable[
-    [KalmanStage, GaussianState, Measurement, Measurement, Trajectory, Array], GaussianState
-]
+
+@dataclass(frozen=True, eq=False)
+class Slide:
+    """What is known when a window drops its oldest stage.
+
+    Parameters
+    ----------
+    prior : of the dropped stage, given all measurements before it
+    dropped, first : measurements of the dropped stage and of the first that stays
+    trajectory : of the window, starting at the dropped stage
+    predicted : (n_x,) x_k|k-1 of the first stage that stays, when it was the newest
+    """
+
+    prior: GaussianState
+    dropped: Measurement
+    first: Measurement
+    trajectory: Trajectory
+    predicted: Array
+
+
+ArrivalCost = Callable[[KalmanStage, Slide], GaussianState]
 
 
 def diffuse_prior(model: StateSpaceModel) -> GaussianState:
@@ -55,39 +74,19 @@ def diffuse_prior(model: StateSpaceModel) -> GaussianState:
     return GaussianState(model.prior.mean, DIFFUSE_FACTOR**2 * model.prior.covariance)
 
 
-def _none(
-    stage: KalmanStage,
-    prior: GaussianState,
-    dropped: Measurement,
-    first: Measurement,
-    trajectory: Trajectory,
-    predicted: Array,
-) -> GaussianState:
+def _none(stage: KalmanStage, slide: Slide) -> GaussianState:
     return diffuse_prior(stage.model)
 
 
-def _constant(
-    stage: KalmanStage,
-    prior: GaussianState,
-    dropped: Measurement,
-    first: Measurement,
-    trajectory: Trajectory,
-    predicted: Array,
-) -> GaussianState:
-    return GaussianState(predicted, stage.model.prior.covariance)
+def _constant(stage: KalmanStage, slide: Slide) -> GaussianState:
+    return GaussianState(slide.predicted, stage.model.prior.covariance)
 
 
-def _filtered(
-    stage: KalmanStage,
-    prior: GaussianState,
-    dropped: Measurement,
-    first: Measurement,
-    trajectory: Trajectory,
-    predicted: Array,
-) -> GaussianState:
-    x, w = trajectory.states[0], trajectory.noises[0]
-    dt = first.time_s - dropped.time_s
-    at_mean, at_window = stage.update(prior, dropped.y), stage.update(prior, dropped.y, x_lin=x)
+def _filtered(stage: KalmanStage, slide: Slide) -> GaussianState:
+    prior, y = slide.prior, slide.dropped.y
+    x, w = slide.trajectory.states[0], slide.trajectory.noises[0]
+    dt = slide.first.time_s - slide.dropped.time_s
+    at_mean, at_window = stage.update(prior, y), stage.update(prior, y, x_lin=x)
     if _misjudged(stage.model, prior.mean, at_mean, x, at_window) > RELINEARISATION_LIMIT:
         return stage.predict(at_window.state, dt, x_lin=x, w_lin=w)
     return stage.predict(at_mean.state, dt)
@@ -112,6 +111,4 @@ def _difference(model: StateSpaceModel, to: Array, origin: Array) -> Array:
 ARRIVAL_COSTS: Mapping[str, ArrivalCost] = MappingProxyType(
     {"none": _none, "constant": _constant, "filtered": _filtered}
 )
-"""Name → function of (stage, the window's prior, the dropped measurement, the first
-that stays, the window's trajectory, the prediction x_k|k-1 (n_x,) made for the first
-stage that stays when it was the newest) → the new window's prior."""
+"""Name → function of the Kalman stage and a slide that returns the new window's prior."""

@@ -15,7 +15,7 @@ from estimation.estimator import late_estimate, remarks
 from estimation.kalman_stage import KalmanStage, Update
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.arrival_cost import ARRIVAL_COSTS, diffuse_prior
+from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse_prior
 from mhe.config import MheConfig
 from mhe.window import Trajectory, WindowProblem
 from models.arrays import Array
@@ -139,9 +139,8 @@ class MheIpopt:
         prior = state.prior
         if len(measurements) > self.config.horizon + 1:
             carry = ARRIVAL_COSTS[self.config.arrival_cost]
-            prior = carry(
-                self._stage, prior, measurements[0], measurements[1], guess, predictions[1]
-            )
+            slide = Slide(prior, measurements[0], measurements[1], guess, predictions[1])
+            prior = carry(self._stage, slide)
             measurements, predictions = measurements[1:], predictions[1:]
             guess = Trajectory(guess.states[1:], guess.noises[1:])
         return MheState(prior, measurements, predictions, None, state.newest), guess

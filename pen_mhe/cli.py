@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -16,15 +17,13 @@ from mhe.config import MheConfig
 from models.errors import InputError
 from models.motions import strokes
 from pen_mhe import benchmark_run, dpoint_table
-from pen_mhe.console import console, one_sentence, progress
+from pen_mhe.console import console, one_line_warning, one_sentence, progress
 from pen_mhe.estimate_run import CameraThinning, EstimateRun, estimate_recording
 from pen_mhe.figures import estimate_figure, save
 from pen_mhe.load import load_recording
 from pen_mhe.tables import recording_to_table, write_table
 
 app = typer.Typer(
-    help="Which motion sensors does a pen need, "
-    "and does optimisation pay off over a Kalman filter?",
     no_args_is_help=True,
     pretty_exceptions_show_locals=False,
 )
@@ -43,6 +42,12 @@ PenOption = Annotated[
 SensorsOption = Annotated[
     str | None, typer.Option(help="Names from the pen file, with commas; all by default.")
 ]
+
+
+@app.callback()
+def main() -> None:
+    """Which motion sensors does a pen need, and does optimisation pay off over a Kalman filter?"""
+    warnings.showwarning = one_line_warning
 
 
 @app.command()

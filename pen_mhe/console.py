@@ -39,6 +39,11 @@ def progress(description: str) -> Iterator[Callable[[int], Callable[[object], No
         yield start
 
 
+def one_line_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """Print a warning without the code that it came from; a `warnings.showwarning`."""
+    print(f"pen-mhe: {message}", file=sys.stderr)
+
+
 @contextmanager
 def one_sentence() -> Iterator[None]:
     """Turn bad input into its sentence and exit status 2."""
