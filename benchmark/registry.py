@@ -72,6 +72,16 @@ CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
 )
 """Sensor configurations of the benchmark."""
 
+CONTRACT_CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
+    {
+        **CONFIGURATIONS,
+        "two accelerometers": SensorConfiguration(
+            "two accelerometers", ("accel_lower", "accel_upper", "area")
+        ),
+    }
+)
+"""Configurations that every estimator must work on, those of the benchmark among them."""
+
 
 def create_estimator(
     name: str, model: StateSpaceModel, settings: EstimatorSettings | None = None
@@ -106,6 +116,6 @@ def contract_models() -> Mapping[str, StateSpaceModel]:
     models = {}
     for dof in (5, 6):
         pen = find_pen("reference").model_copy(update={"degrees_of_freedom": dof})
-        for name, configuration in CONFIGURATIONS.items():
+        for name, configuration in CONTRACT_CONFIGURATIONS.items():
             models[f"pen{dof} {name}"] = pen_model(pen, configuration.sensors)
     return MappingProxyType(models)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
+import pkgutil
 from functools import cache
 
 import numpy as np
@@ -10,6 +13,7 @@ import pytest
 from benchmark.registry import (
     ESTIMATORS,
     EstimatorSettings,
+    bundled_pens,
     contract_models,
     create_estimator,
     find_pen,
@@ -19,6 +23,7 @@ from estimation.estimator import run_measurements
 from estimation.recording import Measurement, Recording
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import MheConfig
+from models.pen import pen_model
 from tests.contracts import check_failures, check_history, check_inputs_unchanged, check_model
 
 DURATION_S = 0.25
@@ -31,7 +36,7 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 @cache
 def recording(degrees_of_freedom: int) -> Recording:
     pen = find_pen("reference").model_copy(update={"degrees_of_freedom": degrees_of_freedom})
-    sensors = ["accel", "gyro", "camera"]
+    sensors = ["accel", "gyro", "camera", "accel_lower", "accel_upper"]
     return simulate_recording(pen, sensors, "turn", DURATION_S + 0.3, seed=1)
 
 
@@ -48,6 +53,25 @@ def measurements(name: str) -> list[Measurement]:
 @pytest.mark.parametrize("name", MODELS)
 def test_model(name: str) -> None:
     check_model(MODELS[name], np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("pen", bundled_pens())
+@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+def test_bundled_pen_with_all_its_sensors(pen: str, degrees_of_freedom: int) -> None:
+    config = find_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    check_model(pen_model(config), np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("room", ["ekf_baseline", "mhe"])
+def test_every_estimator_is_in_the_registry(room: str) -> None:
+    found = {
+        value.name
+        for module in pkgutil.iter_modules(importlib.import_module(room).__path__, f"{room}.")
+        for value in vars(importlib.import_module(module.name)).values()
+        if inspect.isclass(value) and hasattr(value, "init") and hasattr(value, "step")
+    }
+    assert found
+    assert found <= set(ESTIMATORS)
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
