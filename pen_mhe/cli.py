@@ -19,9 +19,9 @@ from models.motions import strokes
 from pen_mhe import benchmark_run, dpoint_table
 from pen_mhe.console import console, one_line_warning, one_sentence, progress
 from pen_mhe.estimate_run import CameraThinning, EstimateRun, estimate_recording
-from pen_mhe.figures import estimate_figure, save
+from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
 from pen_mhe.load import load_recording
-from pen_mhe.tables import recording_to_table, write_table
+from pen_mhe.tables import prepare_output, recording_to_table, write_table
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -80,6 +80,9 @@ def estimate(
     deviations (…_std), status, iterations and step_time_s.
     """
     with one_sentence():
+        prepare_output(output)
+        if figure is not None:
+            prepare_output(figure, FIGURE_SUFFIXES)
         config = find_pen(pen)
         loaded = load_recording(recording, config, _units(units))
         settings = EstimatorSettings(

@@ -53,8 +53,9 @@ def source_hash() -> str:
     root = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
     for room in ("models", "estimation", "ekf_baseline", "mhe", "benchmark", "pen_mhe"):
-        for path in sorted((root / room).rglob("*.py")):
-            digest.update(path.read_bytes())
+        for path in sorted((root / room).rglob("*")):
+            if path.suffix in (".py", ".toml"):
+                digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 

@@ -82,6 +82,8 @@ def estimate_recording(
     measured = [s.name for s in model.sensors if s.constant_reading is None]
     recorded = recording.select(measured)
     if duration_s is not None:
+        if not duration_s > 0:
+            raise InputError(f"duration is {duration_s:g} s, expected a positive time")
         recorded = recorded.first(duration_s)
     cameras = [s for s in model.sensors if s.kind == "pose_camera"]
     used = recorded

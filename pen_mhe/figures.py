@@ -18,6 +18,7 @@ from benchmark.ink import InkMatch
 from estimation.estimate import EstimateHistory
 from estimation.recording import Recording, Truth
 
+FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
 ANGLES = (("azimuth_rad", "azimuth"), ("elevation_rad", "elevation"), ("spin_rad", "spin"))
 TRUTH_STYLE: dict[str, Any] = {"color": "black", "linewidth": 1.0, "label": "truth"}
 

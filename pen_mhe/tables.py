@@ -8,7 +8,7 @@ is a sensor without a reading. Columns ``true_<state>`` hold the truth.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
@@ -24,6 +24,7 @@ from models.units import UNITS
 
 TIME_COLUMNS = MappingProxyType({f"time_{unit}": factor for unit, factor in UNITS["s"].items()})
 TRUTH_PREFIX = "true_"
+TABLE_SUFFIXES = (".csv", ".parquet")
 
 
 def read_table(path: Path) -> pd.DataFrame:
@@ -45,14 +46,34 @@ def read_table(path: Path) -> pd.DataFrame:
         raise InputError(f"recording {path}: {error}, expected a {path.suffix[1:]} table") from None
 
 
+def prepare_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None:
+    """Refuse a suffix before the work that would be lost, and make the folder.
+
+    Raises
+    ------
+    InputError
+        If the suffix is not one of `suffixes`, or the folder cannot be made.
+    """
+    if path.suffix not in suffixes:
+        raise InputError(
+            f"output {path}: suffix {path.suffix or '(none)'} is unknown, "
+            f"expected {', '.join(suffixes)}"
+        )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"output {path}: {error.strerror}, expected a folder to write to"
+        ) from None
+
+
 def write_table(table: pd.DataFrame, path: Path) -> None:
     """Write a table as CSV or Parquet by its suffix."""
+    prepare_output(path)
     if path.suffix == ".csv":
         table.to_csv(path, index=False)
-    elif path.suffix == ".parquet":
-        table.to_parquet(path, index=False)
     else:
-        raise InputError(f"output {path}: suffix {path.suffix} is unknown, expected .csv, .parquet")
+        table.to_parquet(path, index=False)
 
 
 def recording_from_table(

@@ -67,6 +67,9 @@ BAD = {
     "phase alone": (["--camera-phase", "1"], "without --camera-rate"),
     "no camera": (["--sensors", "accel", "--camera-rate", "10"], "exactly one pose_camera"),
     "units": (["--units", "accel"], "expected e.g. accel=g,gyro=deg_s"),
+    "duration": (["--duration", "-1"], "duration is -1 s, expected a positive time"),
+    "output": (["--output", "o.xls"], "suffix .xls is unknown, expected .csv, .parquet"),
+    "figure": (["--figure", "o.bmp"], "suffix .bmp is unknown, expected .png, .pdf, .svg"),
     "pen": (["--pen", "nowhere.toml"], "pen file nowhere.toml does not exist"),
 }
 
@@ -75,7 +78,8 @@ BAD = {
 def test_bad_calls_get_one_sentence(recording: Path, tmp_path: Path, case: str) -> None:
     options, sentence = BAD[case]
     arguments = ["estimate", str(recording), "--pen", "reference"]
-    result = runner.invoke(app, [*arguments, "--output", str(tmp_path / "o.csv"), *options])
+    output = ["--output", str(tmp_path / "made" / "o.csv")]
+    result = runner.invoke(app, [*arguments, *output, *options])
     assert result.exit_code == 2
     message = result.stderr.strip()
     assert message.startswith("pen-mhe: ")
