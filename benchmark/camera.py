@@ -12,6 +12,8 @@ from models.errors import InputError
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 
+RATE_TOLERANCE = 0.1
+
 
 def frames_per_kept(recorded_rate_hz: float | None, rate_hz: float) -> int:
     """Return m such that every m-th frame makes `rate_hz`; it must divide the recorded rate."""
@@ -23,6 +25,19 @@ def frames_per_kept(recorded_rate_hz: float | None, rate_hz: float) -> int:
             f"camera rate {rate_hz:g} Hz does not divide the recorded {recorded_rate_hz:g} Hz"
         )
     return every
+
+
+def check_recorded_rate(sensor: SensorModel, recording: Recording) -> None:
+    """Refuse a recording whose camera ran at another rate than its pen file says."""
+    times, _ = recording.sensor(sensor.name)
+    if sensor.rate_hz is None or len(times) < 2:
+        return
+    rate_hz = 1 / float(np.median(np.diff(times)))
+    if abs(rate_hz - sensor.rate_hz) > RATE_TOLERANCE * sensor.rate_hz:
+        raise InputError(
+            f"recording {recording.name}: {sensor.name} ran at {rate_hz:.3g} Hz, "
+            f"expected the pen file's {sensor.rate_hz:g} Hz"
+        )
 
 
 @dataclass(frozen=True)

@@ -58,11 +58,14 @@ def ink_points_mm(scan: str | Path) -> Array:
     """
     from PIL import Image
 
-    with Image.open(scan) as image:
-        if "dpi" not in image.info:
-            raise InputError(f"{scan}: no resolution in the image's metadata, expected dpi")
-        dpi = float(image.info["dpi"][0])
-        grey = np.asarray(image.convert("L"))
+    try:
+        with Image.open(scan) as image:
+            dpi = float(image.info.get("dpi", (0,))[0])
+            grey = np.asarray(image.convert("L"))
+    except OSError as error:
+        raise InputError(f"{scan}: {error}, expected an image") from None
+    if not dpi > 0:
+        raise InputError(f"{scan}: no resolution in the image's metadata, expected dpi")
     rows, columns = np.nonzero(grey <= otsu_threshold(grey))
     points = np.column_stack([columns, grey.shape[0] - 1 - rows]) * INCH_MM / dpi
     distance = np.linalg.norm(points - np.median(points, axis=0), axis=1)

@@ -63,12 +63,15 @@ def root_mean_square(
 ) -> dict[str, float]:
     """Return the RMS error per column; the norm over its states where it has several.
 
-    A column none of whose states the model has is left out.
+    Instants without truth do not count; a column none of whose states the model
+    has, or without any truth, is left out.
     """
     result = {}
     for column, (states, factor) in columns.items():
         index = [model.state_names.index(state) for state in states if state in model.state_names]
         if index:
             squared = (errors[:, index] ** 2).sum(axis=1)
-            result[column] = float(np.sqrt(squared.mean()) * factor)
+            known = squared[~np.isnan(squared)]
+            if len(known):
+                result[column] = float(np.sqrt(known.mean()) * factor)
     return result

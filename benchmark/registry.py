@@ -101,7 +101,7 @@ def bundled_pens() -> Mapping[str, Path]:
 
 def find_pen(pen: str | Path) -> PenConfig:
     """Load a pen file, or a bundled pen by its name."""
-    if str(pen) in bundled_pens() and not Path(pen).exists():
+    if str(pen) in bundled_pens() and not Path(pen).is_file():
         return load_pen(bundled_pens()[str(pen)])
     if not Path(pen).exists():
         raise InputError(

@@ -51,5 +51,5 @@ class MheConfig:
             )
         if self.max_iterations < 0:
             raise InputError(f"max_iterations is {self.max_iterations}, expected at least 0")
-        if self.max_time_s is not None and self.max_time_s <= 0:
+        if self.max_time_s is not None and not self.max_time_s > 0:
             raise InputError(f"max_time_s is {self.max_time_s}, expected a positive time")

@@ -98,7 +98,8 @@ class MheIpopt:
         # steps: the instant stays, its readings go.
         nothing = Measurement(measurement.time_s, np.full(self.model.n_y, np.nan))
         window, estimate = self._attempt(state, nothing)
-        return window, replace(estimate, status=estimate.status | Status.NOT_FINITE)
+        status = estimate.status & ~Status.NO_READING | Status.NOT_FINITE
+        return window, replace(estimate, status=status)
 
     def _attempt(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
         window, guess = self._slide(state, measurement)

@@ -42,7 +42,7 @@ def sample_times(model: StateSpaceModel, duration_s: float) -> dict[str, Array]:
     InputError
         If a sensor has no rate, or the duration is not positive.
     """
-    if duration_s <= 0:
+    if not 0 < duration_s < np.inf:
         raise InputError(f"duration is {duration_s} s, expected a positive time")
     times = {}
     for sensor in model.sensors:

@@ -40,7 +40,8 @@ PenOption = Annotated[
     str, typer.Option(help=f"Pen file, or a bundled pen: {', '.join(bundled_pens())}.")
 ]
 SensorsOption = Annotated[
-    str | None, typer.Option(help="Names from the pen file, with commas; all by default.")
+    str | None,
+    typer.Option(help="Names from the pen file, with commas; by default all with readings."),
 ]
 
 
@@ -151,7 +152,7 @@ def simulate(
     sensors: SensorsOption = None,
     stroke: Annotated[StrokeName, typer.Option()] = TURN,
     duration: Annotated[float, typer.Option(help="s")] = 3.0,
-    seed: Annotated[int, typer.Option(help="Of the noise.")] = 0,
+    seed: Annotated[int, typer.Option(help="Of the noise.", min=0)] = 0,
 ) -> None:
     """Write a simulated recording, with its truth in columns true_…"""
     with one_sentence():
@@ -164,7 +165,7 @@ def simulate(
 @app.command()
 def benchmark(
     output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path("results"),
-    seed: Annotated[int, typer.Option(help="Of the noise.")] = 0,
+    seed: Annotated[int, typer.Option(help="Of the noise.", min=0)] = 0,
 ) -> None:
     """Simulate a stroke and estimate it with every configuration and estimator."""
     with one_sentence():
@@ -182,7 +183,7 @@ def dpoint_table_command(
     estimators: Annotated[str, typer.Option(help="Names with commas.")] = "ekf,mhe-ipopt",
     horizon: Annotated[int, typer.Option(help="Intervals in the window of an MHE.")] = MHE.horizon,
     duration: Annotated[float | None, typer.Option(help="Use only the first seconds.")] = None,
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    jobs: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
 ) -> None:
     """Mean ink distance over camera rates and all phases, zero delay."""
     with one_sentence():
@@ -191,7 +192,7 @@ def dpoint_table_command(
             output,
             pen,
             [_rate(rate) for rate in rates.split(",")],
-            estimators.split(","),
+            [name.strip() for name in estimators.split(",")],
             horizon,
             duration,
             jobs,

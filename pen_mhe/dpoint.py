@@ -69,14 +69,25 @@ def read_dpoint(
     gyro = _column(stylus, folder / STYLUS_FILE, "data", "gyro")
     pressure = _column(stylus, folder / STYLUS_FILE, "data", "pressure")
     frame_ms = _column(camera, folder / CAMERA_FILE, "t")
-    position = _column(camera, folder / CAMERA_FILE, "data", "position")[:, :, 0]
+    position = _column(camera, folder / CAMERA_FILE, "data", "position")
     orientation = _column(camera, folder / CAMERA_FILE, "data", "orientation_mat")
 
     offset_ms = np.median(host_ms - device_ms)
     start_ms = device_ms[0]
     time_s = (device_ms - start_ms) * 1e-3
     frame_s = (frame_ms - offset_ms - start_ms) * 1e-3 - camera_delay_s
-    pose = np.column_stack([position, Rotation.from_matrix(orientation).as_rotvec()])
+    if position.shape[1:] != (3, 1) or orientation.shape[1:] != (3, 3):
+        raise InputError(
+            f"{folder / CAMERA_FILE}: position and orientation_mat have shapes "
+            f"{position.shape[1:]} and {orientation.shape[1:]}, expected (3, 1) and (3, 3)"
+        )
+    try:
+        turns = Rotation.from_matrix(orientation).as_rotvec()
+    except ValueError as error:
+        raise InputError(
+            f"{folder / CAMERA_FILE}: orientation_mat: {error}, expected rotation matrices"
+        ) from None
+    pose = np.column_stack([position[:, :, 0], turns])
     touches = np.where(pressure > pressure_threshold, height_m, np.nan)
     recording = Recording.from_sensors(
         folder.name,
@@ -96,7 +107,7 @@ def _load(path: Path) -> list[dict[str, Any]]:
         rows = json.loads(path.read_text("utf-8"))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}, expected a D-POINT file") from None
-    except json.JSONDecodeError as error:
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: {error}, expected JSON") from None
     if not isinstance(rows, list) or not rows:
         raise InputError(f"{path}: expected a list of samples, got none")

@@ -16,11 +16,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmark.camera import frames_per_kept
-from benchmark.registry import EstimatorSettings, find_pen
+from benchmark.registry import ESTIMATORS, EstimatorSettings, find_pen
 from mhe.config import MheConfig
 from models.errors import InputError
 from models.sensors import PoseCamera
 from pen_mhe.console import console, print_table, progress
+from pen_mhe.dpoint import is_dpoint_folder
 from pen_mhe.estimate_run import CameraThinning, estimate_recording
 from pen_mhe.load import load_recording
 
@@ -96,7 +97,15 @@ def run_table(
 ) -> None:
     """Run all cells that are not there yet, in processes, and print the table."""
     config = find_pen(pen)
+    if not is_dpoint_folder(recording):
+        raise InputError(f"recording {recording} is no D-POINT folder, expected one")
     load_recording(recording, config)
+    for estimator in estimators:
+        if estimator not in ESTIMATORS:
+            raise InputError(
+                f"estimator {estimator} is unknown, expected one of {', '.join(ESTIMATORS)}"
+            )
+    MheConfig(horizon=horizon)
     cameras = [s for s in config.sensors.values() if isinstance(s, PoseCamera)]
     code = source_hash()
     cells = [
@@ -125,12 +134,22 @@ def run_table(
     ):
         advance = start(len(todo))
         futures = {pool.submit(run_cell, cell): cell for cell in todo}
+        failed: BaseException | None = None
         for future in as_completed(futures):
+            advance(future)
+            if future.cancelled():
+                continue
+            if (error := future.exception()) is not None:
+                # What runs goes on and is kept; what waits is not begun.
+                failed = failed or error
+                pool.shutdown(wait=False, cancel_futures=True)
+                continue
             path = output / futures[future].file_name
             partial = path.with_suffix(".part")
             partial.write_text(json.dumps(future.result()))
             partial.rename(path)
-            advance(future)
+    if failed is not None:
+        raise InputError(f"a cell of the table failed: {failed}")
     results = {cell: json.loads((output / cell.file_name).read_text()) for cell in cells}
     _print(results, rates_hz, estimators, duration_s)
 

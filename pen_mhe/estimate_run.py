@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from benchmark.camera import LeftOutError, frames_per_kept, left_out_error
-from benchmark.ink import TRIMMED_SAMPLES, InkMatch, ink_points_mm, match_ink, written_path_mm
+from benchmark.camera import LeftOutError, check_recorded_rate, frames_per_kept, left_out_error
+from benchmark.ink import TRIMMED_SAMPLES, InkMatch, match_ink, written_path_mm
 from benchmark.metrics import ERROR_COLUMNS, root_mean_square, state_errors
 from benchmark.registry import EstimatorSettings, create_estimator
 from estimation.estimate import EstimateHistory
@@ -92,6 +92,7 @@ def estimate_recording(
             raise InputError(
                 "camera rate given, expected exactly one pose_camera among the sensors"
             )
+        check_recorded_rate(cameras[0], recorded)
         every = frames_per_kept(cameras[0].rate_hz, thinning.rate_hz)
         if not 0 <= thinning.phase < every:
             raise InputError(f"camera phase {thinning.phase}, expected 0 to {every - 1}")
@@ -136,4 +137,4 @@ def _ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:
     path = written_path_mm(tip_xy, pressed)
     if len(path) == 0:
         return None
-    return match_ink(path, ink_points_mm(ink.scan))
+    return match_ink(path, ink.points_mm)

@@ -67,7 +67,7 @@ def _draw_path(
     else:
         x, y = history.column("tip_x_m") * 1e3, history.column("tip_y_m") * 1e3
         axes.plot(x, y, label="estimate")
-        if truth is not None:
+        if truth is not None and {"tip_x_m", "tip_y_m"} <= set(truth.names):
             columns = [truth.names.index(name) for name in ("tip_x_m", "tip_y_m")]
             axes.plot(*(truth.values[:, columns].T * 1e3), **TRUTH_STYLE)
     axes.set_aspect("equal", adjustable="datalim")

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmark.ink import ink_points_mm
 from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
@@ -17,9 +18,9 @@ from pen_mhe.tables import read_table, recording_from_table
 
 @dataclass(frozen=True, eq=False)
 class Ink:
-    """The ink that a recording left: scan, and where the pen pressed, (n,) times and 0 or 1."""
+    """The ink that a recording left, (m, 2) mm, and when the pen pressed: (n,) s, 0 or 1."""
 
-    scan: Path
+    points_mm: Array
     time_s: Array
     pressed: Array
 
@@ -68,4 +69,6 @@ def load_dpoint(folder: Path, pen: PenConfig) -> LoadedRecording:
     if read.scan is None:
         return LoadedRecording(read.recording)
     pressed = (read.pressure > contacts[0].pressure_threshold).astype(float)
-    return LoadedRecording(read.recording, Ink(read.scan, read.pressure_time_s, pressed))
+    return LoadedRecording(
+        read.recording, Ink(ink_points_mm(read.scan), read.pressure_time_s, pressed)
+    )

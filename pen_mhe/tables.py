@@ -47,7 +47,7 @@ def read_table(path: Path) -> pd.DataFrame:
 
 
 def prepare_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None:
-    """Refuse a suffix before the work that would be lost, and make the folder.
+    """Refuse a suffix before the work that would be lost, and make folder and file.
 
     Raises
     ------
@@ -61,9 +61,11 @@ def prepare_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None
         )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("ab"):
+            pass
     except OSError as error:
         raise InputError(
-            f"output {path}: {error.strerror}, expected a folder to write to"
+            f"output {path}: {error.strerror}, expected a file that can be written"
         ) from None
 
 
@@ -92,6 +94,12 @@ def recording_from_table(
         message names column and row.
     """
     time_s = _time(table, name)
+    for sensor in units or {}:
+        if not _plain_columns(sensor, pen) & {str(column) for column in table.columns}:
+            raise InputError(
+                f"recording {name}: a unit is given for {sensor}, expected columns of it "
+                "without a unit in their header"
+            )
     readings, used = {}, set(TIME_COLUMNS)
     for sensor, config in pen.sensors.items():
         axes = reading_axes(config)
@@ -135,6 +143,12 @@ def recording_to_table(recording: Recording, pen: PenConfig) -> pd.DataFrame:
         for i, state in enumerate(recording.truth.names):
             columns[TRUTH_PREFIX + state] = recording.truth.values[:, i]
     return pd.DataFrame(columns)
+
+
+def _plain_columns(sensor: str, pen: PenConfig) -> set[str]:
+    if sensor not in pen.sensors:
+        return set()
+    return {f"{sensor}_{axis}" for axis, _ in reading_axes(pen.sensors[sensor])}
 
 
 def _time(table: pd.DataFrame, name: str) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmark.camera import frames_per_kept, left_out_error
+from benchmark.camera import check_recorded_rate, frames_per_kept, left_out_error
 from benchmark.registry import create_estimator, find_pen
 from benchmark.simulate import simulate_recording
 from estimation.estimator import run
@@ -22,6 +22,15 @@ def test_rates_that_divide(rate: float, every: int) -> None:
 def test_rates_that_do_not_divide(rate: float) -> None:
     with pytest.raises(InputError, match="does not divide the recorded 30 Hz"):
         frames_per_kept(30.0, rate)
+
+
+@pytest.mark.usefixtures("interpreted")
+def test_a_camera_at_another_rate_than_its_pen_file_is_refused() -> None:
+    pen = find_pen("reference")
+    recorded = simulate_recording(pen, ["camera"], "turn", 1.0).subsampled("camera", 2, 0)
+    camera = pen_model(pen, ["camera"]).sensor("camera")
+    with pytest.raises(InputError, match="camera ran at 15 Hz, expected the pen file's 30 Hz"):
+        check_recorded_rate(camera, recorded)
 
 
 @pytest.mark.usefixtures("interpreted")

@@ -69,6 +69,8 @@ BAD = {
     "units": (["--units", "accel"], "expected e.g. accel=g,gyro=deg_s"),
     "duration": (["--duration", "-1"], "duration is -1 s, expected a positive time"),
     "output": (["--output", "o.xls"], "suffix .xls is unknown, expected .csv, .parquet"),
+    "unit of nothing": (["--units", "acel=g"], "a unit is given for acel, expected columns of it"),
+    "output is a folder": (["--output", "/"], "suffix (none) is unknown"),
     "figure": (["--figure", "o.bmp"], "suffix .bmp is unknown, expected .png, .pdf, .svg"),
     "pen": (["--pen", "nowhere.toml"], "pen file nowhere.toml does not exist"),
 }

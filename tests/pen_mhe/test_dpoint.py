@@ -109,6 +109,24 @@ def test_an_interrupted_table_resumes(
     assert {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()} == written
 
 
+def test_an_unknown_estimator_stops_the_table_before_it_starts(
+    dpoint_folder: Path, tmp_path: Path
+) -> None:
+    arguments = ["dpoint-table", str(dpoint_folder), "--output", str(tmp_path / "cells")]
+    result = CliRunner().invoke(app, [*arguments, "--estimators", "ekf, nope"])
+    assert result.exit_code == 2
+    assert "estimator nope is unknown, expected one of ekf" in result.stderr
+    assert not (tmp_path / "cells").exists()
+
+
+def test_a_broken_scan_is_refused_before_the_run(dpoint_folder: Path, tmp_path: Path) -> None:
+    for name in (STYLUS_FILE, CAMERA_FILE):
+        (tmp_path / name).symlink_to(dpoint_folder / name)
+    (tmp_path / "scan.jpg").write_bytes((dpoint_folder / "scan.jpg").read_bytes()[:1000])
+    with pytest.raises(InputError, match=r"scan\.jpg: .* expected an image"):
+        load_recording(tmp_path, find_pen("dpoint"))
+
+
 def test_bad_folders(tmp_path: Path) -> None:
     with pytest.raises(
         InputError, match=r"stylus_data\.json: No such file.* expected a D-POINT file"
