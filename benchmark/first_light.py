@@ -52,8 +52,7 @@ def run_cells(
     cells: list[Cell] = []
     for key, configuration in CONFIGURATIONS.items():
         model = pen_model(pen, configuration.sensors)
-        measured = [s.name for s in model.sensors if s.constant_reading is None]
-        selected = recording.select(measured)
+        selected = recording.select([sensor.name for sensor in model.measured_sensors])
         verdict = judge(model, selected)
         for estimator in ESTIMATORS:
             history = run(create_estimator(estimator, model), selected)

@@ -83,12 +83,17 @@ CONTRACT_CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
 """Configurations that every estimator must work on, those of the benchmark among them."""
 
 
+def check_estimator(name: str) -> None:
+    """Raise `InputError` unless an estimator has this name."""
+    if name not in ESTIMATORS:
+        raise InputError(f"estimator {name} is unknown, expected one of {', '.join(ESTIMATORS)}")
+
+
 def create_estimator(
     name: str, model: StateSpaceModel, settings: EstimatorSettings | None = None
 ) -> Estimator[Any]:
     """Build an estimator by name; raises `InputError` for an unknown one."""
-    if name not in ESTIMATORS:
-        raise InputError(f"estimator {name} is unknown, expected one of {', '.join(ESTIMATORS)}")
+    check_estimator(name)
     return ESTIMATORS[name](model, settings or EstimatorSettings())
 
 

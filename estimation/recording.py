@@ -158,7 +158,7 @@ class Recording:
         the first instant after each of its periods.
         """
         constant = [s for s in model.sensors if s.constant_reading is not None]
-        measured = [s for s in model.sensors if s.constant_reading is None]
+        measured = model.measured_sensors
         for sensor in measured:
             width = self.readings[sensor.name].shape[1] if sensor.name in self.readings else None
             if width is None:

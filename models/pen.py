@@ -98,12 +98,6 @@ class PenConfig(UnitConfig):
     sensors: Annotated[Mapping[str, Sensor], Field(min_length=1)]
 
 
-def coordinate_names(degrees_of_freedom: int) -> tuple[str, ...]:
-    """Return the state names of q, with units: ``tip_x_m``, … ``spin_rad``."""
-    angles = _ANGLES[: degrees_of_freedom - 3]
-    return tuple(f"{tip}_m" for tip in _TIP) + tuple(f"{angle}_rad" for angle in angles)
-
-
 def kinematic_states(degrees_of_freedom: int) -> tuple[tuple[str, str], ...]:
     """Return (name, unit) of q, q̇, q̈ in the order of the state."""
     angles = _ANGLES[: degrees_of_freedom - 3]

@@ -45,9 +45,7 @@ def sample_times(model: StateSpaceModel, duration_s: float) -> dict[str, Array]:
     if not 0 < duration_s < np.inf:
         raise InputError(f"duration is {duration_s} s, expected a positive time")
     times = {}
-    for sensor in model.sensors:
-        if sensor.constant_reading is not None:
-            continue
+    for sensor in model.measured_sensors:
         if sensor.rate_hz is None:
             raise InputError(f"sensor {sensor.name} has no rate_hz, expected one to simulate it")
         count = int(np.floor(duration_s * sensor.rate_hz + 1e-9)) + 1

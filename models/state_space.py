@@ -98,6 +98,11 @@ class StateSpaceModel:
         """(n_y,) names of the stacked readings: ``accel_x``, …"""
         return tuple(f"{sensor.name}_{axis}" for sensor in self.sensors for axis in sensor.axes)
 
+    @property
+    def measured_sensors(self) -> tuple[SensorModel, ...]:
+        """The sensors that have readings of their own; not the writing area."""
+        return tuple(s for s in self.sensors if s.constant_reading is None)
+
     def sensor(self, name: str) -> SensorModel:
         """Return a sensor by name; raises `InputError` for an unknown one."""
         for sensor in self.sensors:

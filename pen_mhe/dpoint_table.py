@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmark.camera import frames_per_kept
-from benchmark.registry import ESTIMATORS, EstimatorSettings, find_pen
+from benchmark.registry import EstimatorSettings, check_estimator, find_pen
 from mhe.config import MheConfig
 from models.errors import InputError
 from models.sensors import PoseCamera
@@ -101,10 +101,7 @@ def run_table(
         raise InputError(f"recording {recording} is no D-POINT folder, expected one")
     load_recording(recording, config)
     for estimator in estimators:
-        if estimator not in ESTIMATORS:
-            raise InputError(
-                f"estimator {estimator} is unknown, expected one of {', '.join(ESTIMATORS)}"
-            )
+        check_estimator(estimator)
     MheConfig(horizon=horizon)
     cameras = [s for s in config.sensors.values() if isinstance(s, PoseCamera)]
     code = source_hash()

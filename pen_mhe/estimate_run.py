@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -79,7 +78,7 @@ def estimate_recording(
     """
     recording = loaded.recording
     model = pen_model(pen, sensors or default_sensors(pen, recording))
-    measured = [s.name for s in model.sensors if s.constant_reading is None]
+    measured = [sensor.name for sensor in model.measured_sensors]
     recorded = recording.select(measured)
     if duration_s is not None:
         if not duration_s > 0:
@@ -101,13 +100,12 @@ def estimate_recording(
     history = run(create_estimator(estimator, model, settings), used, on_step)
     fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
     output = history.at(used.sensor(fastest)[0])
-    compare_frames = partial(left_out_error, model, cameras[0], history) if cameras else None
     return EstimateRun(
         model=model,
         used=used,
         history=history,
         output=output,
-        left_out=compare_frames(recorded, used) if compare_frames else None,
+        left_out=left_out_error(model, cameras[0], history, recorded, used) if cameras else None,
         true_rms=_true_rms(model, history, used),
         ink=_ink_match(output, loaded.ink) if loaded.ink else None,
         zero_delay=tuple(s.name for s in model.sensors if s.delay_s > 0),
@@ -130,10 +128,10 @@ def _true_rms(
 
 def _ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:
     """Lay the tip over the ink; None for a part too short to compare."""
-    pressed = np.interp(output.time_s, ink.time_s, ink.pressed)
-    tip_xy = np.column_stack([output.column("tip_x_m"), output.column("tip_y_m")])
     if len(output) <= 2 * TRIMMED_SAMPLES + 1:
         return None
+    pressed = np.interp(output.time_s, ink.time_s, ink.pressed)
+    tip_xy = np.column_stack([output.column("tip_x_m"), output.column("tip_y_m")])
     path = written_path_mm(tip_xy, pressed)
     if len(path) == 0:
         return None

@@ -42,7 +42,7 @@ def recording(degrees_of_freedom: int) -> Recording:
 
 def measurements(name: str) -> list[Measurement]:
     model = MODELS[name]
-    measured = [s.name for s in model.sensors if s.constant_reading is None]
+    measured = [sensor.name for sensor in model.measured_sensors]
     source = recording(5 if name.startswith("pen5") else 6).select(measured)
     moving = [m for m in source.measurements(model) if m.time_s >= 0.3]
     # A dropout: one instant without any reading.
