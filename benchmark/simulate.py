@@ -1,39 +1,115 @@
-"""A simulated recording of a pen: motion, readings, truth."""
+"""Simulated recordings: motion, readings, truth."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
+from typing import Literal, get_args
 
 import numpy as np
 
 from estimation.recording import Recording, Truth
-from models.motions import minimum_jerk, stroke
+from models.arrays import Array
+from models.errors import InputError
+from models.motions import MotionConfig, motions, sample_motion
 from models.pen import PenConfig, pen_model
-from models.simulation import sample_times, simulate_readings, true_states, union_of_times
+from models.random_streams import seed_sequence, stream
+from models.simulation import (
+    arrival_times,
+    drawn_states,
+    sample_times,
+    simulate_readings,
+    true_states,
+    union_of_times,
+)
+from models.state_space import StateSpaceModel
+
+Stamps = Literal["capture", "arrival"]
+DRAWN = "model"
+"""Name of the motion that is drawn from the pen's own prior and process noise."""
+
+
+def motion_names() -> tuple[str, ...]:
+    """Return the names that `simulate_recording` knows: the table's motions, and `DRAWN`."""
+    return (*motions(), DRAWN)
 
 
 def simulate_recording(
     pen: PenConfig,
     sensors: Iterable[str] | None = None,
-    stroke_name: str = "turn",
+    motion: str | MotionConfig = "turn",
     duration_s: float = 3.0,
     seed: int = 0,
+    speed: float = 1.0,
+    stamps: Stamps = "capture",
 ) -> Recording:
-    """Simulate a stroke of a pen.
+    """Simulate a pen's sensors along a motion.
+
+    One more sensor changes neither the motion nor another sensor's noise and biases;
+    a motion drawn from the model stays only where the instants stay.
 
     Parameters
     ----------
     pen : the pen
     sensors : names of its sensors; None takes all
-    stroke_name : one of `models.motions.strokes`
+    motion : a name of `motion_names`, or a configuration of one's own
     duration_s : s
-    seed : of the noise; the same seed gives the same recording
+    seed : of motion, biases, noise and losses; the same seed gives the same recording
+    speed : plays the motion this many times faster
+    stamps : ``capture`` stamps a reading with its true instant, ``arrival`` with the
+        instant its sensor's delay later; the truth is given at both
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, a sensor has no rate, or a number makes no sense.
     """
+    if isinstance(motion, str) and motion not in motion_names():
+        raise InputError(f"motion {motion} is unknown, expected one of {', '.join(motion_names())}")
     model = pen_model(pen, sensors)
-    rng = np.random.default_rng(seed)
-    times = sample_times(model, duration_s)
-    motion = minimum_jerk(stroke_name, stroke(stroke_name), union_of_times(times))
-    states = true_states(model, motion, rng)
-    readings = simulate_readings(model, times, motion.time_s, states, rng)
-    truth = Truth(readings.time_s, model.state_names, readings.states)
-    return Recording.from_sensors(f"{stroke_name} (simulated)", readings.sensors, truth)
+    if motion == DRAWN:
+        if speed != 1:
+            raise InputError(f"speed is {speed} for the motion {DRAWN}, expected 1: it has its own")
+        return simulate_model(model, duration_s, seed, stamps)
+
+    def truth(time_s: Array, captured: Mapping[str, Array], root: np.random.SeedSequence) -> Array:
+        played = sample_motion(motion, time_s, stream(root, "motion"), speed)
+        return true_states(model, played, root, captured)
+
+    name = motion if isinstance(motion, str) else motion.kind
+    return _record(name, model, truth, duration_s, seed, stamps)
+
+
+def simulate_model(
+    model: StateSpaceModel, duration_s: float, seed: int = 0, stamps: Stamps = "capture"
+) -> Recording:
+    """Simulate any model's sensors along a truth drawn from its own prior and process noise.
+
+    Parameters and errors as for `simulate_recording`.
+    """
+
+    def truth(time_s: Array, captured: Mapping[str, Array], root: np.random.SeedSequence) -> Array:
+        return drawn_states(model, time_s, stream(root, "motion"))
+
+    return _record(DRAWN, model, truth, duration_s, seed, stamps)
+
+
+def _record(
+    name: str,
+    model: StateSpaceModel,
+    truth: Callable[[Array, Mapping[str, Array], np.random.SeedSequence], Array],
+    duration_s: float,
+    seed: int,
+    stamps: Stamps,
+) -> Recording:
+    if stamps not in get_args(Stamps):
+        raise InputError(f"stamps is {stamps}, expected one of {', '.join(get_args(Stamps))}")
+    captured = sample_times(model, duration_s)
+    stamped = arrival_times(model, captured) if stamps == "arrival" else captured
+    time_s, root = union_of_times(captured, stamped), seed_sequence(seed)
+    states = truth(time_s, captured, root)
+    readings = simulate_readings(model, captured, time_s, states, root).sensors
+    return Recording.from_sensors(
+        f"{name} (simulated)",
+        {key: (stamped[key], values) for key, (_, values) in readings.items()},
+        Truth(time_s, model.state_names, states),
+    )

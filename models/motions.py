@@ -1,30 +1,33 @@
-"""Motions of a pen with exact derivatives: strokes as data, not as branches.
+"""Motions of a pen with exact derivatives: data in a table, one sampler per kind.
 
 A motion gives the degrees of freedom q(t) and their first two derivatives in
-closed form. A stroke runs through via points, at rest in each, with the
-minimum-jerk profile of reaching movements:
-
-    q(τ) = q₀ + (q₁ - q₀) (10 τ³ - 15 τ⁴ + 6 τ⁵),   τ = (t - t₀) / (t₁ - t₀)
-
-References
-----------
-Flash, Hogan (1985), The coordination of arm movements, J. Neuroscience 5(7).
+closed form. Motions are rows of ``models/motions.toml``; the table
+`MOTION_KINDS` says what a row of a kind holds and how it is sampled. Played
+faster by a factor s it is q(s t), with s q̇ and s² q̈.
 """
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from models.arrays import Array
 from models.config import UnitConfig
 from models.errors import InputError
+from models.handwriting import Handwriting, handwriting
+from models.minimum_jerk import MinimumJerk, minimum_jerk
+from models.random_streams import Seed
+from models.sigma_lognormal import SigmaLognormal, sigma_lognormal
+
+MotionConfig = MinimumJerk | SigmaLognormal | Handwriting
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,65 +48,94 @@ class Motion:
     q_ddot: Array
 
 
-class Stroke(UnitConfig):
-    """Via points of a stroke.
+@dataclass(frozen=True)
+class MotionKind:
+    """What a row of the table holds, and how it becomes q, q̇, q̈ at given times."""
 
-    Parameters
-    ----------
-    description : what it draws
-    time_s : (n,) when each point is reached
-    tip_m : n tip positions
-    angles_rad : n times azimuth, elevation, spin
-    """
+    config: type[UnitConfig]
+    sample: Callable[[Any, Array, np.random.Generator], tuple[Array, Array, Array]]
 
-    description: str
-    time_s: tuple[float, ...]
-    tip_m: tuple[tuple[float, float, float], ...]
-    angles_rad: tuple[tuple[float, float, float], ...]
+
+MOTION_KINDS: Mapping[str, MotionKind] = MappingProxyType(
+    {
+        "minimum_jerk": MotionKind(
+            MinimumJerk, lambda config, time_s, rng: minimum_jerk(config, time_s)
+        ),
+        "sigma_lognormal": MotionKind(
+            SigmaLognormal, lambda config, time_s, rng: sigma_lognormal(config, time_s)
+        ),
+        "handwriting": MotionKind(Handwriting, handwriting),
+    }
+)
+"""Kind of a motion → its configuration and its sampler."""
 
 
 @cache
-def strokes() -> Mapping[str, Stroke]:
-    """Return the table of strokes, ``models/strokes.toml``, by name."""
-    table = tomllib.loads((resources.files("models") / "strokes.toml").read_text("utf-8"))
-    return MappingProxyType({name: Stroke.model_validate(row) for name, row in table.items()})
+def motions() -> Mapping[str, MotionConfig]:
+    """Return the table of motions, ``models/motions.toml``, by name."""
+    text = (resources.files("models") / "motions.toml").read_text("utf-8")
+    return parse_motions(tomllib.loads(text), where="models/motions.toml")
 
 
-def stroke(name: str) -> Stroke:
-    """Return a stroke by name; raises `InputError` for an unknown one."""
-    if name not in strokes():
-        raise InputError(f"stroke {name} is unknown, expected one of {', '.join(strokes())}")
-    return strokes()[name]
+def motion_named(name: str) -> MotionConfig:
+    """Return a motion of the table by name; raises `InputError` for an unknown one."""
+    if name not in motions():
+        raise InputError(f"motion {name} is unknown, expected one of {', '.join(motions())}")
+    return motions()[name]
 
 
-def minimum_jerk(name: str, via: Stroke, time_s: Array) -> Motion:
-    """Sample the minimum-jerk motion through a stroke's via points.
+def parse_motions(data: Mapping[str, Any], where: str = "motions") -> Mapping[str, MotionConfig]:
+    """Validate motions given as nested dictionaries, as in a TOML file.
 
-    Before the first point and after the last the pen rests there.
+    Raises
+    ------
+    InputError
+        If a kind is unknown or a key or value is wrong; the message names it.
+    """
+    return MappingProxyType({name: _parsed(name, row, where) for name, row in data.items()})
+
+
+def _parsed(name: str, row: Any, where: str) -> Any:
+    kind = str(row.get("kind")) if isinstance(row, Mapping) else "no table"
+    if kind not in MOTION_KINDS:
+        raise InputError(
+            f"{where}: motion {name}: kind is {kind}, expected one of {', '.join(MOTION_KINDS)}"
+        )
+    try:
+        return MOTION_KINDS[kind].config.model_validate(row)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        key = ".".join(str(part) for part in first["loc"]) or "(all keys)"
+        missing = first["type"] == "missing"
+        message = "is missing" if missing else first["msg"].removeprefix("Value error, ")
+        raise InputError(f"{where}: motion {name}: key {key}: {message}") from None
+
+
+def sample_motion(
+    motion: str | MotionConfig,
+    time_s: Array,
+    seed: Seed = 0,
+    speed: float = 1.0,
+) -> Motion:
+    """Sample a motion with its exact derivatives.
 
     Parameters
     ----------
+    motion : a name in the table, or a configuration of one of the kinds
     time_s : (n,) sampling instants, s
+    seed : of a random motion; one seed is one motion, whatever the instants.
+        A generator is drawn from and left advanced
+    speed : plays it this many times faster
+
+    Raises
+    ------
+    InputError
+        If the name is unknown or the speed is not positive.
     """
-    knots = np.array(via.time_s)
-    points = np.column_stack([np.array(via.tip_m), np.array(via.angles_rad)])
-    if len(knots) != len(points) or (np.diff(knots) <= 0).any():
-        raise InputError(
-            f"stroke {name}: expected one increasing time per via point, "
-            f"got {len(knots)} times for {len(points)} points"
-        )
-    clamped = np.clip(time_s, knots[0], knots[-1])
-    segment = np.clip(np.searchsorted(knots, clamped, side="right") - 1, 0, len(knots) - 2)
-    duration = np.diff(knots)[segment]
-    tau = (clamped - knots[segment]) / duration
-    reach = np.diff(points, axis=0)[segment]
-    profile = 10 * tau**3 - 15 * tau**4 + 6 * tau**5
-    speed = (30 * tau**2 - 60 * tau**3 + 30 * tau**4) / duration
-    acceleration = (60 * tau - 180 * tau**2 + 120 * tau**3) / duration**2
-    return Motion(
-        name,
-        time_s,
-        points[segment] + reach * profile[:, None],
-        reach * speed[:, None],
-        reach * acceleration[:, None],
-    )
+    if not 0 < speed < np.inf:
+        raise InputError(f"speed is {speed}, expected a positive factor")
+    config = motion_named(motion) if isinstance(motion, str) else motion
+    name = motion if isinstance(motion, str) else config.kind
+    sample = MOTION_KINDS[config.kind].sample
+    q, q_dot, q_ddot = sample(config, speed * time_s, np.random.default_rng(seed))
+    return Motion(name, time_s, q, speed * q_dot, speed**2 * q_ddot)

@@ -1,20 +1,30 @@
-"""Simulated readings: what the sensors of a model read along a known motion."""
+"""Simulated readings: what the sensors of a model read along a known truth.
+
+    y = clip(round_Δ(h(x) + v)),   v ~ N(0, σ²),   σ = density √(π/2 · bandwidth)
+
+The truth is a motion with biases that start from the prior's spread and walk
+as the model says, or it is drawn from the model altogether. Every purpose has
+a stream of random numbers of its own, `models.random_streams`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
 from models.arrays import Array
 from models.errors import InputError
 from models.motions import Motion
+from models.noisy_readings import digitised, noisy_readings
+from models.pen import kinematic_states
+from models.random_streams import Seed, seed_sequence, stream
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 
-NEWTON_STEPS = 5
+TIME_DIGITS = 9
+"""Instants are whole nanoseconds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +33,7 @@ class SimulatedReadings:
 
     Parameters
     ----------
-    sensors : name → (times (n,), values (n, n_y))
+    sensors : name → (times of capture (n,), values (n, n_y), NaN where a sample was lost)
     time_s, states : (n,), (n, n_x): the true states at all instants
     """
 
@@ -49,52 +59,137 @@ def sample_times(model: StateSpaceModel, duration_s: float) -> dict[str, Array]:
         if sensor.rate_hz is None:
             raise InputError(f"sensor {sensor.name} has no rate_hz, expected one to simulate it")
         count = int(np.floor(duration_s * sensor.rate_hz + 1e-9)) + 1
-        times[sensor.name] = np.round(np.arange(count) / sensor.rate_hz, 9)
+        times[sensor.name] = np.round(np.arange(count) / sensor.rate_hz, TIME_DIGITS)
     if not times:
         raise InputError("no sensor with readings to simulate, expected at least one")
     return times
 
 
-def union_of_times(times: Mapping[str, Array]) -> Array:
-    """Return all instants at which any sensor samples."""
-    return np.unique(np.concatenate(list(times.values())))
+def arrival_times(model: StateSpaceModel, times: Mapping[str, Array]) -> dict[str, Array]:
+    """Return when the samples captured at given times arrive: each sensor's delay later."""
+    return {
+        name: np.round(captured + model.sensor(name).delay_s, TIME_DIGITS)
+        for name, captured in times.items()
+    }
 
 
-def true_states(model: StateSpaceModel, motion: Motion, rng: np.random.Generator) -> Array:
-    """Return the states (n, n_x) along a motion, biases drawn from the model.
+def union_of_times(*times: Mapping[str, Array]) -> Array:
+    """Return all instants at which any sensor samples (or its sample arrives)."""
+    return np.unique(np.concatenate([at for each in times for at in each.values()]))
 
-    Biases start from the prior's spread and walk with the model's own noise.
+
+def drawn_states(model: StateSpaceModel, time_s: Array, rng: np.random.Generator) -> Array:
+    """Return states (n, n_x) drawn from any model: its prior, then its own noise.
+
+        x₀ = retract(x̄, L ξ),  L Lᵀ = P̄;     x_{k+1} = f(x_k, w_k, Δt_k);     ξ, w ~ N(0, I)
+
+    Every component of ξ and of w has a generator of its own, so states and noises that
+    a model appends (one more bias) leave those before them as they were. Other instants
+    are another draw.
+
+    Parameters
+    ----------
+    time_s : (n,) increasing instants, s
     """
-    n_q = 6 if "spin_rad" in model.state_names else 5
-    states = np.zeros((len(motion.time_s), model.n_x))
-    states[:, : 3 * n_q] = np.hstack(
-        [block[:, :n_q] for block in (motion.q, motion.q_dot, motion.q_ddot)]
-    )
-    walking = slice(3 * n_q, model.n_x)
-    states[0, walking] = rng.normal(0.0, model.prior.std[walking])
-    for k, dt in enumerate(np.diff(motion.time_s)):
-        noise = rng.standard_normal(model.n_w)
-        states[k + 1, walking] = np.asarray(model.f(states[k], noise, dt)).ravel()[walking]
+    of_start, of_steps = rng.spawn(2)
+    xi = np.array([g.standard_normal() for g in of_start.spawn(model.n_x)])
+    w = np.array([g.standard_normal(len(time_s) - 1) for g in of_steps.spawn(model.n_w)])
+    L = np.linalg.cholesky(model.prior.covariance)
+    states = np.zeros((len(time_s), model.n_x))
+    states[0] = model.retract(model.prior.mean, L @ xi).full().ravel()
+    for k, dt in enumerate(np.diff(time_s)):
+        states[k + 1] = model.f(states[k], w[:, k], dt).full().ravel()
     return states
 
 
-def noisy_reading(
-    sensor: SensorModel, state: Array, noise: Array, slope: ca.Function | None = None
+def true_states(
+    model: StateSpaceModel,
+    motion: Motion,
+    seed: Seed,
+    times: Mapping[str, Array] | None = None,
 ) -> Array:
-    """Return the reading y (n_y,) whose residual at the true state is `noise` (n_r,).
+    """Return the states (n, n_x) of a pen along a motion, with biases as `states_along`.
 
-    Solves ``residual(y, x) = noise`` by Newton's method from ``y = h(x)``: one
-    step for a plain difference, a few where the residual is a rotation.
+    A pen of five degrees of freedom has no spin among its states: its sensors read with
+    the pen's fixed spin, whatever the motion's.
     """
-    slope = slope or sensor.residual.jacobian()
-    y = np.asarray(sensor.h(state)).ravel()
-    for _ in range(NEWTON_STEPS):
-        missing = noise - np.asarray(sensor.residual(y, state)).ravel()
-        if np.abs(missing).max() <= 1e-12 * np.abs(noise).max():
-            break
-        jacobian = np.asarray(slope(y, state, np.zeros(sensor.n_r))[0])
-        y = y + np.linalg.lstsq(jacobian, missing, rcond=None)[0]
-    return y
+    names = [name for name, _ in kinematic_states(6)]
+    path = np.hstack([motion.q, motion.q_dot, motion.q_ddot])
+    return states_along(
+        model, motion.time_s, dict(zip(names, path.T, strict=True)), seed, times or {}
+    )
+
+
+def states_along(
+    model: StateSpaceModel,
+    time_s: Array,
+    path: Mapping[str, Array],
+    seed: Seed,
+    times: Mapping[str, Array],
+) -> Array:
+    """Return the states (n, n_x) of a model on a known path, sensor biases drawn.
+
+    Parameters
+    ----------
+    time_s : (n,) increasing instants
+    path : state name → (n,) its values; names that the model lacks do not matter
+    times : sensor name → the instants that its bias walks by, each one of `time_s`.
+        Further instants leave the walk at these as it is; `time_s` itself by default
+
+    Raises
+    ------
+    InputError
+        If a state is neither on the path nor the bias of a sensor.
+    """
+    root = seed_sequence(seed)
+    columns = dict(path)
+    for sensor in (sensor for sensor in model.sensors if sensor.bias_states):
+        index = [model.state_names.index(name) for name in sensor.bias_states]
+        walk = _bias_walk(
+            sensor,
+            model.prior.mean[index],
+            model.prior.std[index],
+            time_s,
+            times.get(sensor.name, time_s),
+            root,
+        )
+        columns.update(zip(sensor.bias_states, walk.T, strict=True))
+    unknown = [name for name in model.state_names if name not in columns]
+    if unknown:
+        raise InputError(
+            f"model {model.name}: the motion does not say what {unknown[0]} does, "
+            f"expected a motion of {', '.join(path)}"
+        )
+    return np.column_stack([columns[name] for name in model.state_names])
+
+
+def _bias_walk(
+    sensor: SensorModel,
+    mean: Array,
+    std: Array,
+    time_s: Array,
+    own_s: Array,
+    root: np.random.SeedSequence,
+) -> Array:
+    """Return the biases (n, n_b) of a sensor at all instants.
+
+    At the sensor's own instants b_{k+1} = b_k + walk √Δt w. Between them goes a
+    Brownian bridge: the chord, plus a second walk minus that walk's own chords.
+    """
+
+    def walk(purpose: str, at_s: Array) -> Array:
+        w = stream(root, f"{purpose} of {sensor.name}").standard_normal((len(at_s), len(mean)))
+        scale = sensor.bias_walk * np.sqrt(np.diff(at_s, prepend=at_s[0]))
+        return np.cumsum(scale[:, None] * w, axis=0)
+
+    start = stream(root, f"first bias of {sensor.name}").standard_normal(len(mean))
+    at_own = mean + std * start + walk("bias", own_s)
+    bridge = walk("bias between samples", time_s)
+    own = np.searchsorted(time_s, own_s)
+    chord = at_own - bridge[own]
+    biases = bridge + np.column_stack([np.interp(time_s, own_s, column) for column in chord.T])
+    biases[own] = at_own  # to the last digit, whatever the bridge
+    return biases
 
 
 def simulate_readings(
@@ -102,27 +197,24 @@ def simulate_readings(
     times: Mapping[str, Array],
     time_s: Array,
     states: Array,
-    rng: np.random.Generator,
+    seed: Seed,
 ) -> SimulatedReadings:
-    """Read every sensor at its own instants, with its noise and range.
+    """Read every sensor at its own instants: noise, quantiser, range, lost samples.
 
     Parameters
     ----------
     times : sensor name → its instants, each one of `time_s`
     time_s, states : (n,), (n, n_x) the truth
+    seed : of the noise and of what gets lost
     """
+    root = seed_sequence(seed)
     sensors = {}
     for name, instants in times.items():
         sensor = model.sensor(name)
-        slope = sensor.residual.jacobian()
         rows = np.searchsorted(time_s, instants)
-        values = np.array(
-            [
-                noisy_reading(sensor, states[row], rng.normal(0.0, sensor.noise_std), slope)
-                for row in rows
-            ]
-        )
-        if sensor.reading_limit is not None:
-            values = np.clip(values, -sensor.reading_limit, sensor.reading_limit)
+        w = stream(root, f"noise of {name}").standard_normal((len(rows), sensor.n_r))
+        values = digitised(sensor, noisy_readings(sensor, states[rows], sensor.drawn_std * w))
+        lost = stream(root, f"losses of {name}").random(len(rows)) < sensor.dropout_fraction
+        values[lost] = np.nan
         sensors[name] = (instants, values)
     return SimulatedReadings(sensors, time_s, states)
