@@ -9,10 +9,32 @@ and the body rate follow by differentiating along the state:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import casadi as ca
 
 from models.rotation import vee
+
+
+class Body(Protocol):
+    """What sensors can be mounted on: a rigid body, or one that reads as a paper prints it."""
+
+    @property
+    def tip(self) -> ca.SX:
+        """World position (3,) of the origin, m."""
+
+    @property
+    def world_to_body(self) -> ca.SX:
+        """The rotation matrix B (3, 3)."""
+
+    def point(self, mounting: ca.SX) -> ca.SX:
+        """Return the world position (3,) of a point given in body coordinates, m."""
+
+    def specific_force(self, mounting: ca.SX, gravity: float) -> ca.SX:
+        """Return what an accelerometer at `mounting` reads, in body axes (3,), m/s²."""
+
+    def body_rate(self) -> ca.SX:
+        """Return what a gyroscope reads, in body axes (3,), rad/s."""
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ import casadi as ca
 import numpy as np
 
 from models.arrays import Array
-from models.kinematics import RigidBody
+from models.kinematics import Body
 from models.rotation import axis_difference, rotation_matrix, rotation_vector
-from models.sensor_model import SensorModel
+from models.sensor_model import SensorModel, quantiser_variance
 from models.sensors import (
     Accelerometer,
     Contact,
@@ -33,9 +33,9 @@ _AXIS = {"x": 0, "y": 1, "z": 2}
 
 @dataclass(frozen=True)
 class MovingBody:
-    """A rigid body in a field of gravity, and whether it may spin about its axis."""
+    """A body in a field of gravity, and whether it may spin about its axis."""
 
-    rigid: RigidBody
+    rigid: Body
     gravity_m_s2: float
     has_spin: bool
 
@@ -57,6 +57,7 @@ class SymbolicReading:
     residual: Callable[[ca.SX], ca.SX] | None = None
     constant_reading: Array | None = None
     reading_limit: float | None = None
+    resolution: float = 0.0
     row_units: tuple[str, ...] | None = None
 
 
@@ -113,8 +114,7 @@ def _inertial(
     h = in_sensor_axes[rows]
     if bias.numel():
         h = h + bias
-    # A quantiser of step Δ adds the variance of a uniform error, Δ²/12.
-    variance = sample_noise_std(density, sensor.bandwidth_hz) ** 2 + resolution**2 / 12
+    variance = sample_noise_std(density, sensor.bandwidth_hz) ** 2 + quantiser_variance(resolution)
     return h, np.full(len(rows), np.sqrt(variance))
 
 
@@ -123,7 +123,9 @@ def _accelerometer(sensor: Accelerometer, body: MovingBody, bias: ca.SX) -> Symb
     h, noise_std = _inertial(
         sensor, force, bias, sensor.noise_density_m_s2_per_sqrt_hz, sensor.resolution_m_s2
     )
-    return SymbolicReading(h, noise_std, reading_limit=sensor.range_m_s2)
+    return SymbolicReading(
+        h, noise_std, reading_limit=sensor.range_m_s2, resolution=sensor.resolution_m_s2
+    )
 
 
 def _gyroscope(sensor: Gyroscope, body: MovingBody, bias: ca.SX) -> SymbolicReading:
@@ -134,7 +136,9 @@ def _gyroscope(sensor: Gyroscope, body: MovingBody, bias: ca.SX) -> SymbolicRead
         sensor.noise_density_rad_s_per_sqrt_hz,
         sensor.resolution_rad_s,
     )
-    return SymbolicReading(h, noise_std, reading_limit=sensor.range_rad_s)
+    return SymbolicReading(
+        h, noise_std, reading_limit=sensor.range_rad_s, resolution=sensor.resolution_rad_s
+    )
 
 
 def _pose_camera(sensor: PoseCamera, body: MovingBody, bias: ca.SX) -> SymbolicReading:
@@ -198,6 +202,7 @@ def sensor_model(name: str, sensor: Any, body: MovingBody, x: ca.SX, bias: ca.SX
     """
     reading = SYMBOLIC_READINGS[sensor.kind](sensor, body, bias)
     axes, units = zip(*reading_axes(sensor), strict=True)
+    biases = bias_states(name, sensor)
     y = ca.SX.sym("y", len(axes))
     residual = reading.residual(y) if reading.residual else y - reading.h
     return SensorModel(
@@ -213,4 +218,8 @@ def sensor_model(name: str, sensor: Any, body: MovingBody, x: ca.SX, bias: ca.SX
         delay_s=sensor.delay_s,
         constant_reading=reading.constant_reading,
         reading_limit=reading.reading_limit,
+        resolution=reading.resolution,
+        dropout_fraction=sensor.dropout_fraction,
+        bias_states=biases.names,
+        bias_walk=biases.walk,
     )

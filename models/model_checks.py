@@ -29,6 +29,8 @@ def check_model(model: StateSpaceModel) -> None:
         "inequality": (model.inequality.numel_in(0), n_x),
         "regularity": (model.regularity.numel_out(0), 1),
     }
+    if model.reach is not None:
+        expected["reach"] = (model.reach.size, n_x)
     for sensor in model.sensors:
         expected[f"{sensor.name}: h"] = (sensor.h.numel_out(0), sensor.n_y)
         expected[f"{sensor.name}: residual"] = (sensor.residual.numel_out(0), sensor.n_r)
@@ -40,6 +42,11 @@ def check_model(model: StateSpaceModel) -> None:
         if sensor.constant_reading is not None:
             size = sensor.constant_reading.size
             expected[f"{sensor.name}: constant_reading"] = (size, sensor.n_y)
+        if not (np.isfinite(sensor.noise_std) & (sensor.noise_std > 0)).all():
+            raise InputError(
+                f"model {model.name}: noise_std of {sensor.name} is {sensor.noise_std}, "
+                "expected positive numbers"
+            )
     for what, (size, wanted) in expected.items():
         if size != wanted:
             raise InputError(f"model {model.name}: {what} has {size} entries, expected {wanted}")

@@ -21,17 +21,20 @@ from typing import Annotated, Any, Literal
 
 import casadi as ca
 import numpy as np
-from pydantic import Field, PositiveFloat
+from pydantic import Field, PositiveFloat, ValidationInfo, field_validator
 
+from models.arrays import Array
 from models.config import UnitConfig
 from models.errors import InputError
 from models.gaussian import GaussianState
+from models.heading import heading_symmetry
 from models.kinematics import RigidBody
 from models.manifold import additive_manifold, no_inequality
 from models.measurement import BiasStates, MovingBody, bias_states, sensor_model
+from models.printed import PrintedBody, PrintedError, check_printed_pen
 from models.process_noise import constant_acceleration, white_jerk_factor
 from models.rotation import world_to_body
-from models.sensors import Sensor, Vector3
+from models.sensors import Sensor, Vector3, WritingArea
 from models.state_space import StateSpaceModel
 
 UNIFORM_ANGLE_STD_RAD = math.pi / math.sqrt(3)
@@ -83,19 +86,33 @@ class PenConfig(UnitConfig):
     name : for people
     degrees_of_freedom : 5 (no spin) or 6
     gravity_m_s2 : local gravity
+    reach_m : standard deviation of the tip's position from which its estimate says nothing;
+        a status then says so; smaller warns earlier
     fixed_spin_rad : the constant spin of a pen with five degrees of freedom
     sensors : by name
     bounds : state name → (lower, upper), in the state's unit
+    printed_errors : errors of [Pen] that this pen's accelerometers make, for comparison;
+        none is the rigid body, all are the paper's (4)-(6), see `models.printed`
     """
 
     name: str
     degrees_of_freedom: Literal[5, 6] = 6
     gravity_m_s2: PositiveFloat = 9.81
+    reach_m: PositiveFloat = 2.0
     fixed_spin_rad: float = 0.0
     process_noise: ProcessNoise = ProcessNoise()
     prior: Prior = Prior()
     bounds: Mapping[str, tuple[Limit, Limit]] = Field(default_factory=dict)
     sensors: Annotated[Mapping[str, Sensor], Field(min_length=1)]
+    printed_errors: tuple[PrintedError, ...] = ()
+
+    @field_validator("printed_errors")
+    @classmethod
+    def _fit_the_printed_pen(
+        cls, errors: tuple[PrintedError, ...], info: ValidationInfo
+    ) -> tuple[PrintedError, ...]:
+        check_printed_pen(errors, **info.data)
+        return errors
 
 
 def kinematic_states(degrees_of_freedom: int) -> tuple[tuple[str, str], ...]:
@@ -118,20 +135,25 @@ def kinematic_states(degrees_of_freedom: int) -> tuple[tuple[str, str], ...]:
 
 
 def moving_pen(config: PenConfig, q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX) -> MovingBody:
-    """Return the pen as a rigid body in symbols of its degrees of freedom."""
+    """Return the pen as a body in symbols of its degrees of freedom."""
     has_spin = config.degrees_of_freedom == 6
     spin = q[5] if has_spin else ca.SX(config.fixed_spin_rad)
     rigid = RigidBody(q, q_dot, q_ddot, q[:3], world_to_body(q[3], q[4], spin))
-    return MovingBody(rigid, config.gravity_m_s2, has_spin)
+    body = PrintedBody(rigid, config.printed_errors) if config.printed_errors else rigid
+    return MovingBody(body, config.gravity_m_s2, has_spin)
 
 
-def pen_model(config: PenConfig, sensors: Iterable[str] | None = None) -> StateSpaceModel:
+def pen_model(
+    config: PenConfig, sensors: Iterable[str] | None = None, writing_area: bool = True
+) -> StateSpaceModel:
     """Build the state-space model of a pen with some or all of its sensors.
 
     Parameters
     ----------
     config : the pen
     sensors : names from the pen file, in the order to stack them; None takes all
+    writing_area : adds the pen's writing area where none of the sensors sees a position;
+        False takes the sensors as they are, so position and tilt may drift without bound
 
     Raises
     ------
@@ -142,6 +164,8 @@ def pen_model(config: PenConfig, sensors: Iterable[str] | None = None) -> StateS
     chosen = {name: _sensor_of(config, name) for name in names}
     if len(chosen) < len(names):
         raise InputError(f"sensors {', '.join(names)}: a name appears twice, expected each once")
+    if writing_area and not any(sensor.sees_position for sensor in chosen.values()):
+        chosen |= _writing_area(config)
     biases = {name: bias_states(name, sensor) for name, sensor in chosen.items()}
 
     n_q = config.degrees_of_freedom
@@ -174,6 +198,8 @@ def pen_model(config: PenConfig, sensors: Iterable[str] | None = None) -> StateS
         upper=np.full(len(states), np.inf),
         inequality=no_inequality(len(states)),
         regularity=ca.Function("regularity", [x], [margin], ["x"], ["margin"]),
+        symmetries=(heading_symmetry(n_q, len(states), _centre(chosen.values())),),
+        reach=np.array([config.reach_m] * 3 + [np.inf] * (len(states) - 3)),
     )
     return model.bounded(**config.bounds)
 
@@ -185,6 +211,23 @@ def _sensor_of(config: PenConfig, name: str) -> Any:
             f"expected one of {', '.join(config.sensors)}"
         )
     return config.sensors[name]
+
+
+def _centre(sensors: Iterable[Any]) -> Array | None:
+    """Return the centre (3,) of the writing area, None without one."""
+    for sensor in sensors:
+        if isinstance(sensor, WritingArea):
+            return np.array(sensor.centre_m)
+    return None
+
+
+def _writing_area(config: PenConfig) -> dict[str, Any]:
+    """Return the pen's writing area by name, or one around its prior tip where it has none."""
+    for name, sensor in config.sensors.items():
+        if isinstance(sensor, WritingArea):
+            return {name: sensor}
+    name = "area" if "area" not in config.sensors else "writing_area"
+    return {name: WritingArea(centre_m=config.prior.tip_m)}
 
 
 def _transition(config: PenConfig, biases: Iterable[BiasStates]) -> ca.Function:

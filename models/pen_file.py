@@ -1,4 +1,4 @@
-"""Pens as TOML files, and the presets that their sensors may name."""
+"""Pens as TOML files, and the presets that the sensors of any file may name."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ import tomllib
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from models.config import UnitConfig
 from models.errors import InputError
 from models.pen import PenConfig
 from models.sensors import SENSOR_KINDS
+
+ConfigT = TypeVar("ConfigT", bound=UnitConfig)
 
 
 @cache
@@ -34,27 +37,43 @@ def load_pen(path: str | Path) -> PenConfig:
         If the file is missing, is not TOML, or a key or value in it is wrong;
         the message names the file, the key and what was expected.
     """
+    return load_config(path, PenConfig, "pen file")
+
+
+def parse_pen(data: dict[str, Any], where: str = "pen") -> PenConfig:
+    """Validate a pen given as nested dictionaries, as in a pen file."""
+    return parse_config(data, PenConfig, where)
+
+
+def load_config(path: str | Path, config: type[ConfigT], what: str) -> ConfigT:
+    """Read and validate a TOML file of something with sensors; see `load_pen`.
+
+    Parameters
+    ----------
+    config : what to make of it; its sensors may name presets
+    what : kind of the file, for messages: ``pen file``
+    """
     path = Path(path)
     try:
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "is not UTF-8"
-        raise InputError(f"pen file {path}: {reason}, expected a readable TOML file") from None
+        raise InputError(f"{what} {path}: {reason}, expected a readable TOML file") from None
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"pen file {path}: {error}, expected TOML") from None
-    return parse_pen(data, where=f"pen file {path}")
+        raise InputError(f"{what} {path}: {error}, expected TOML") from None
+    return parse_config(data, config, where=f"{what} {path}")
 
 
-def parse_pen(data: dict[str, Any], where: str = "pen") -> PenConfig:
-    """Validate a pen given as nested dictionaries, as in a pen file."""
+def parse_config(data: dict[str, Any], config: type[ConfigT], where: str) -> ConfigT:
+    """Validate something with sensors given as nested dictionaries, presets resolved."""
     sensors = data.get("sensors", {})
     if not isinstance(sensors, dict):
         raise InputError(f"{where}: key sensors: expected a table of sensors")
     resolved = {name: _with_preset(name, sensor, where) for name, sensor in sensors.items()}
     try:
-        return PenConfig.model_validate({**data, "sensors": resolved})
+        return config.model_validate({**data, "sensors": resolved})
     except ValidationError as error:
         raise InputError(_one_sentence(error, where)) from None
 

@@ -12,6 +12,14 @@ from numpy.typing import NDArray
 
 from models.arrays import Array
 
+SATURATED_FRACTION = 0.999
+"""A reading beyond this part of the range counts as being at its limit."""
+
+
+def quantiser_variance(resolution: float) -> float:
+    """Return the variance Δ²/12 of the uniform error of a quantiser of step Δ."""
+    return resolution**2 / 12
+
 
 @dataclass(frozen=True, eq=False)
 class SensorModel:
@@ -25,10 +33,15 @@ class SensorModel:
     h : casadi.Function (n_x,) -> (n_y,), the reading without noise
     residual : casadi.Function (n_y,), (n_x,) -> (n_r,), y "minus" h(x); its rows
         are in the unit of `noise_std`
-    noise_std, unit_of_row : (n_r,) standard deviation and unit of the residual's rows
+    noise_std, unit_of_row : (n_r,) standard deviation and unit of the residual's rows,
+        the quantiser's error included
     rate_hz, delay_s : see `models.sensors.SensorBase`
     constant_reading : (n_y,) for a sensor without readings of its own, else None
-    reading_limit : |y| at or beyond it is saturated, in the reading's unit
+    reading_limit : the range: no reading lies beyond ± this, in the reading's unit
+    resolution : step of the quantiser, in the reading's unit; 0 has none
+    dropout_fraction : see `models.sensors.SensorBase`
+    bias_states : names of the model's states that are this sensor's biases
+    bias_walk : density of their random walk, the reading's unit per √s
     """
 
     name: str
@@ -43,6 +56,10 @@ class SensorModel:
     delay_s: float = 0.0
     constant_reading: Array | None = None
     reading_limit: float | None = None
+    resolution: float = 0.0
+    dropout_fraction: float = 0.0
+    bias_states: tuple[str, ...] = ()
+    bias_walk: float = 0.0
 
     @property
     def n_y(self) -> int:
@@ -53,6 +70,23 @@ class SensorModel:
     def n_r(self) -> int:
         """Number of rows of the residual."""
         return len(self.noise_std)
+
+    @property
+    def drawn_std(self) -> Array:
+        """(n_r,) standard deviation of the noise before the quantiser: what a simulator draws."""
+        drawn = self.noise_std**2 - quantiser_variance(self.resolution)
+        return np.sqrt(np.maximum(drawn, 0.0))
+
+    @property
+    def saturation_limit(self) -> float:
+        """|y| from which a reading counts as saturated; inf without a range.
+
+        A little inside the range: the largest code of a converter lies a step
+        below it, and data sheets round (32767 · 0.061 mg is 1.9988 g of ±2 g).
+        """
+        if self.reading_limit is None:
+            return float("inf")
+        return min(SATURATED_FRACTION * self.reading_limit, self.reading_limit - self.resolution)
 
     @cached_property
     def row_needs(self) -> NDArray[np.bool_]:

@@ -7,10 +7,10 @@ turns any of these into symbolic readings.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, PositiveFloat, field_validator
+from pydantic import Field, PositiveFloat, field_validator, model_validator
 
 from models.config import UnitConfig
 
@@ -40,10 +40,15 @@ class SensorBase(UnitConfig):
     rate_hz : nominal sampling rate, Hz; used by the simulator and by sensors
         without readings of their own, estimators go by the time stamps
     delay_s : time from capture to arrival, s
+    dropout_fraction : part of the samples that get lost, each by itself; used by the
+        simulator only
+    sees_position : whether the tip's position stays bounded with this sensor
     """
 
+    sees_position: ClassVar[bool] = False
     rate_hz: PositiveFloat | None = None
     delay_s: NonNegative = 0.0
+    dropout_fraction: Annotated[float, Field(ge=0, lt=1)] = 0.0
 
 
 class MountedSensor(SensorBase):
@@ -87,6 +92,17 @@ class InertialSensor(MountedSensor):
             raise ValueError(f"expected each axis once, got {', '.join(value)}")
         return value
 
+    @model_validator(mode="after")
+    def _walk_has_a_start(self) -> Self:
+        """Refuse a walk that nothing would walk: a bias of std 0 is no state."""
+        std, walk = (
+            next(field for field in type(self).model_fields if field.startswith(stem))
+            for stem in ("bias_std_", "bias_walk_")
+        )
+        if getattr(self, walk) > 0 and getattr(self, std) == 0:
+            raise ValueError(f"{walk} is given without {std}, expected a positive {std}")
+        return self
+
 
 class Accelerometer(InertialSensor):
     """Specific force along its axes, m/s²: at rest +g along the upward direction."""
@@ -116,6 +132,7 @@ class PoseCamera(MountedSensor):
     The rotation vector is that of the matrix from target axes to world axes.
     """
 
+    sees_position: ClassVar[bool] = True
     kind: Literal["pose_camera"] = "pose_camera"
     position_std_m: PositiveFloat
     orientation_std_rad: PositiveFloat
@@ -146,6 +163,7 @@ class WritingArea(SensorBase):
     else does; a larger `std_m` binds the tip less.
     """
 
+    sees_position: ClassVar[bool] = True
     kind: Literal["writing_area"] = "writing_area"
     centre_m: Vector3 = (0.0, 0.0, 0.0)
     std_m: PositiveFloat = 1.0

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from models.arrays import Array
 from models.errors import InputError
+from models.feasibility import feasible
 from models.gaussian import GaussianState
 from models.model_checks import check_model
 from models.sensor_model import SensorModel, noise_text
@@ -40,6 +41,10 @@ class StateSpaceModel:
     lower, upper : (n_x,) bounds, ±inf where there is none
     inequality : casadi.Function (n_x,) -> (n_g,), every row must be ≤ 0
     regularity : casadi.Function (n_x,) -> (), near zero where the coordinates are singular
+    reach : (n_x,) standard deviation from which a state says nothing, inf where there is
+        none; None for no such limit at all
+    symmetries : casadi.Functions (n_x,), () -> (n_x,): changes of the state that some
+        choice of sensors may not show; `estimation.symmetry` finds out whether it does
     """
 
     name: str
@@ -54,6 +59,8 @@ class StateSpaceModel:
     upper: Array
     inequality: ca.Function
     regularity: ca.Function
+    reach: Array | None = None
+    symmetries: tuple[ca.Function, ...] = ()
 
     def __post_init__(self) -> None:
         check_model(self)
@@ -92,6 +99,13 @@ class StateSpaceModel:
             needs[row : row + sensor.n_r, column : column + sensor.n_y] = sensor.row_needs
             row, column = row + sensor.n_r, column + sensor.n_y
         return needs
+
+    @cached_property
+    def saturation(self) -> Array:
+        """(n_y,) |y| from which a reading says only that its sensor is at its limit; inf: none."""
+        return np.concatenate(
+            [np.zeros(0), *(np.full(s.n_y, s.saturation_limit) for s in self.sensors)]
+        )
 
     @cached_property
     def reading_names(self) -> tuple[str, ...]:
@@ -133,13 +147,17 @@ class StateSpaceModel:
         for state, (low, high) in bounds.items():
             if state not in self.state_names:
                 raise InputError(
-                    f"bound on unknown state {state}; expected one of {', '.join(self.state_names)}"
+                    f"model {self.name}: bound on unknown state {state}; "
+                    f"expected one of {', '.join(self.state_names)}"
                 )
             if not low < high:
-                raise InputError(f"bound on {state}: lower {low} is not below upper {high}")
+                raise InputError(
+                    f"model {self.name}: bound on {state}: lower {low} is not below upper {high}, "
+                    "expected lower < upper"
+                )
             index = self.state_names.index(state)
             lower[index], upper[index] = low, high
-        return self.replace(lower=lower, upper=upper)
+        return feasible(self.replace(lower=lower, upper=upper))
 
     def constrained(self, inequality: Callable[[ca.SX], ca.SX]) -> StateSpaceModel:
         """Return a copy that also demands ``inequality(x) <= 0``, row by row.
@@ -147,10 +165,16 @@ class StateSpaceModel:
         Parameters
         ----------
         inequality : takes the symbolic state (n_x,) and returns (n_g,) expressions
+
+        Raises
+        ------
+        InputError
+            If no state meets the affine rows and the bounds; see `models.feasibility`.
         """
         x = ca.SX.sym("x", self.n_x)
         rows = ca.vertcat(self.inequality(x), inequality(x))
-        return self.replace(inequality=ca.Function("inequality", [x], [rows], ["x"], ["g"]))
+        g = ca.Function("inequality", [x], [rows], ["x"], ["g"])
+        return feasible(self.replace(inequality=g))
 
     def __repr__(self) -> str:
         lines = [f"StateSpaceModel {self.name}: {self.n_x} states, {self.n_w} noises"]

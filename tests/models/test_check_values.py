@@ -107,18 +107,6 @@ def test_expansions_on_the_axis(degrees_of_freedom: int, seed: int) -> None:
     assert call(model.sensor("gyro").h, state) == pytest.approx(rate, rel=1e-12, abs=1e-12)
 
 
-def test_a_pen_without_roll_spins() -> None:
-    """E8: ωz vanishes where ψ̇ = -sinθ ωφ, and not where the pen does not spin."""
-    model = axis_pen(6)
-    x = random_state(np.random.default_rng(1), 6)
-    x[5] = 0.8
-    unspun = x.copy()
-    unspun[11] = 0.0
-    x[11] = -np.sin(x[4]) * x[9]
-    assert call(model.sensor("gyro").h, x)[2] == pytest.approx(0, abs=1e-14)
-    assert call(model.sensor("gyro").h, unspun)[2] == pytest.approx(np.sin(x[4]) * x[9], rel=1e-12)
-
-
 def test_free_fall_reads_nothing_and_rest_reads_gravity_upwards() -> None:
     model = axis_pen(6, gravity=9.83)
     x = np.zeros(18)

@@ -1,4 +1,4 @@
-"""White jerk over a step: the closed form, its factor, and steps that are split."""
+"""White jerk and white acceleration over a step: closed form, factor, steps that are split."""
 
 from __future__ import annotations
 
@@ -11,7 +11,12 @@ from scipy.integrate import quad_vec
 from scipy.linalg import expm
 
 from models.pen import ProcessNoise, kinematic_states, pen_model
-from models.process_noise import constant_acceleration, white_jerk_factor
+from models.process_noise import (
+    constant_acceleration,
+    constant_velocity,
+    white_acceleration_factor,
+    white_jerk_factor,
+)
 from models.sensors import Accelerometer, Gyroscope
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, GYROSCOPE, Array, call, matrix, pen, random_state
@@ -19,6 +24,8 @@ from tests.models.pens import ACCELEROMETER, GYROSCOPE, Array, call, matrix, pen
 _DT = ca.SX.sym("dt")
 FACTOR = ca.Function("factor", [_DT], [white_jerk_factor(_DT)])
 TRANSITION = ca.Function("transition", [_DT], [constant_acceleration(_DT)])
+VELOCITY_FACTOR = ca.Function("factor", [_DT], [white_acceleration_factor(_DT)])
+VELOCITY_TRANSITION = ca.Function("transition", [_DT], [constant_velocity(_DT)])
 INTEGRATOR_CHAIN = np.diag([1.0, 1.0], k=1)
 STEPS_S = [1e-6, 1e-3, 0.01, 0.5, 3.0]
 RELATIVE = 1e-12
@@ -45,16 +52,17 @@ def printed_covariance(dt: float) -> Array:
     )
 
 
-def van_loan(dt: float) -> tuple[Array, Array]:
-    """Return A and Q of the integrator chain from one matrix exponential.
+def van_loan(dt: float, length: int = 3) -> tuple[Array, Array]:
+    """Return A and Q of a chain of integrators from one matrix exponential.
 
     Van Loan (1978), Computing integrals involving the matrix exponential.
     """
-    jerk = np.diag([0.0, 0.0, 1.0])
-    block = np.block([[-INTEGRATOR_CHAIN, jerk], [np.zeros((3, 3)), INTEGRATOR_CHAIN.T]])
+    chain, noise = np.eye(length, k=1), np.zeros((length, length))
+    noise[-1, -1] = 1.0
+    block = np.block([[-chain, noise], [np.zeros((length, length)), chain.T]])
     exponential = expm(block * dt)
-    transition = exponential[3:, 3:].T
-    return transition, transition @ exponential[:3, 3:]
+    transition = exponential[length:, length:].T
+    return transition, transition @ exponential[:length, length:]
 
 
 @pytest.mark.parametrize("dt", STEPS_S)
@@ -82,6 +90,44 @@ def test_quadrature(dt: float) -> None:
 
     integral, _ = quad_vec(integrand, 0.0, dt, epsabs=0.0, epsrel=1e-12)
     assert covariance(dt) == pytest.approx(integral, rel=1e-10, abs=0)
+
+
+@pytest.mark.parametrize("dt", STEPS_S)
+def test_white_acceleration_is_a_factor_of_the_printed_covariance(dt: float) -> None:
+    factor = matrix(VELOCITY_FACTOR, dt)
+    printed = np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
+    assert factor @ factor.T == pytest.approx(printed, rel=RELATIVE, abs=0)
+    assert np.array_equal(factor, np.tril(factor))
+    assert (np.diag(factor) > 0).all()
+
+
+@pytest.mark.parametrize("dt", [1e-3, 0.01, 0.5, 3.0])
+def test_white_acceleration_van_loan(dt: float) -> None:
+    transition, noise = van_loan(dt, length=2)
+    factor = matrix(VELOCITY_FACTOR, dt)
+    assert matrix(VELOCITY_TRANSITION, dt) == pytest.approx(transition, rel=RELATIVE, abs=0)
+    assert factor @ factor.T == pytest.approx(noise, rel=1e-10, abs=0)
+
+
+@given(steps, steps)
+def test_a_step_of_white_acceleration_may_be_split(first: float, second: float) -> None:
+    def noise(dt: float) -> Array:
+        factor = matrix(VELOCITY_FACTOR, dt)
+        return factor @ factor.T
+
+    A, whole = matrix(VELOCITY_TRANSITION, second), first + second
+    split = A @ noise(first) @ A.T + noise(second)
+    assert split == pytest.approx(noise(whole), rel=RELATIVE, abs=0)
+    transition = A @ matrix(VELOCITY_TRANSITION, first)
+    assert transition == pytest.approx(matrix(VELOCITY_TRANSITION, whole), rel=RELATIVE, abs=0)
+
+
+@pytest.mark.parametrize("dt", STEPS_S)
+def test_white_acceleration_is_white_jerk_of_the_rates(dt: float) -> None:
+    """Velocity and acceleration under white jerk are position and velocity one link up."""
+    factor, jerk = matrix(VELOCITY_FACTOR, dt), covariance(dt)
+    assert factor @ factor.T == pytest.approx(jerk[1:, 1:], rel=RELATIVE, abs=0)
+    assert np.array_equal(matrix(VELOCITY_TRANSITION, dt), matrix(TRANSITION, dt)[1:, 1:])
 
 
 @given(steps, steps)
@@ -156,6 +202,8 @@ def test_whole_state_over_a_split_step(degrees_of_freedom: int) -> None:
 def test_no_time_changes_nothing(degrees_of_freedom: int) -> None:
     assert np.array_equal(matrix(FACTOR, 0.0), np.zeros((3, 3)))
     assert np.array_equal(matrix(TRANSITION, 0.0), np.eye(3))
+    assert np.array_equal(matrix(VELOCITY_FACTOR, 0.0), np.zeros((2, 2)))
+    assert np.array_equal(matrix(VELOCITY_TRANSITION, 0.0), np.eye(2))
     model, rng = noisy_model(degrees_of_freedom), np.random.default_rng(1)
     x = random_state(rng, degrees_of_freedom, n_biases=5)
     assert np.array_equal(call(model.f, x, rng.standard_normal(model.n_w), 0.0), x)

@@ -107,3 +107,15 @@ def test_a_bias_needs_an_initial_spread() -> None:
     assert model.prior.std[18:] == pytest.approx([0.3, 0.3])
     assert model.prior.mean[18:] == pytest.approx([0.0, 0.0], abs=0)
     assert pen_model(pen(6, {"a": Accelerometer(**ACCELEROMETER)})).n_x == 18
+
+
+@pytest.mark.parametrize(
+    ("kind", "keys", "unit"),
+    [(Accelerometer, ACCELEROMETER, "m_s2"), (Gyroscope, GYROSCOPE, "rad_s")],
+)
+def test_a_bias_walk_needs_a_bias(kind: Any, keys: dict[str, float], unit: str) -> None:
+    walk, std = f"bias_walk_{unit}_per_sqrt_s", f"bias_std_{unit}"
+    with pytest.raises(ValueError, match=f"{walk} is given without {std}, expected a positive"):
+        kind(**keys, **{walk: 0.01})
+    assert getattr(kind(**keys, **{walk: 0.01, std: 0.3}), walk) == 0.01
+    assert getattr(kind(**keys, **{walk: 0.0}), std) == 0.0

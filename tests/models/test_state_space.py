@@ -146,7 +146,7 @@ def test_unknown_sensor() -> None:
 
 
 def test_sensors_are_chosen_by_name_and_in_order() -> None:
-    model = pen_model(CONFIG[6], ("gyro", "accel"))
+    model = pen_model(CONFIG[6], ("gyro", "accel"), writing_area=False)
     assert [sensor.name for sensor in model.sensors] == ["gyro", "accel"]
     assert model.state_names[18:20] == ("gyro_bias_z_rad_s", "gyro_bias_x_rad_s")
     assert pen_model(CONFIG[6], ["camera"]).n_x == 18
