@@ -9,11 +9,12 @@ import numpy as np
 import pandas as pd
 
 from benchmark.metrics import ERROR_COLUMNS, root_mean_square, state_errors
+from benchmark.observe import judge
 from benchmark.registry import CONFIGURATIONS, ESTIMATORS, create_estimator
 from benchmark.simulate import simulate_recording
 from estimation.estimate import EstimateHistory
 from estimation.estimator import run
-from estimation.information_bound import InformationBound, information_bound
+from estimation.observability import Verdict
 from estimation.recording import Recording
 from models.pen import PenConfig, pen_model
 from models.state_space import StateSpaceModel
@@ -63,23 +64,13 @@ def run_cells(
     return recording, cells
 
 
-def judge(model: StateSpaceModel, recording: Recording) -> InformationBound:
-    """Return what a configuration can see along the true motion of a recording."""
-    truth = recording.truth
-    assert truth is not None
-    rows = np.searchsorted(truth.time_s, recording.time_s)
-    columns = [truth.names.index(name) for name in model.state_names]
-    states = truth.values[rows][:, columns]
-    return information_bound(model, recording.measurements(model), states)
-
-
 def table_row(
     label: str,
     estimator: str,
     model: StateSpaceModel,
     recording: Recording,
     history: EstimateHistory,
-    verdict: InformationBound,
+    verdict: Verdict,
 ) -> dict[str, object]:
     """Return one row of the table: RMS errors, or `NOT_OBSERVABLE`."""
     assert recording.truth is not None

@@ -11,7 +11,6 @@ import numpy as np
 from estimation.estimate import EstimateHistory
 from estimation.recording import Truth
 from models.arrays import Array
-from models.errors import InputError
 from models.state_space import StateSpaceModel
 
 ERROR_COLUMNS: Mapping[str, tuple[tuple[str, ...], float]] = MappingProxyType(
@@ -39,23 +38,13 @@ def state_errors(model: StateSpaceModel, history: EstimateHistory, truth: Truth)
     InputError
         If an estimate's instant is not among the truth's.
     """
-    rows = np.searchsorted(truth.time_s, history.time_s)
-    rows = np.minimum(rows, len(truth.time_s) - 1)
-    if np.abs(truth.time_s[rows] - history.time_s).max() > 1e-6:
-        raise InputError("truth is not given at every instant of the estimates, expected it there")
-    known = [i for i, name in enumerate(model.state_names) if name in truth.names]
-    true = np.array(history.mean)
-    columns = [truth.names.index(model.state_names[i]) for i in known]
-    true[:, known] = truth.values[rows][:, columns]
-    errors = np.array(
+    states = truth.states(model.state_names, history.time_s)
+    return np.array(
         [
             np.asarray(model.difference(estimated, actual)).ravel()
-            for estimated, actual in zip(history.mean, true, strict=True)
+            for estimated, actual in zip(history.mean, states, strict=True)
         ]
     )
-    unknown = [i for i in range(model.n_x) if i not in known]
-    errors[:, unknown] = np.nan
-    return errors
 
 
 def root_mean_square(

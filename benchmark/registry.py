@@ -21,6 +21,7 @@ from models.errors import InputError
 from models.pen import PenConfig, pen_model
 from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
+from models.turntable import paper_turntable, turntable_model
 
 
 @dataclass(frozen=True)
@@ -50,12 +51,12 @@ ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, EstimatorSettings], Estimato
 
 @dataclass(frozen=True)
 class SensorConfiguration:
-    """A choice of sensors of the reference pen.
+    """A choice of sensors of the reference pen, or of the turntable.
 
     Parameters
     ----------
     label : for tables
-    sensors : names in the pen file; the writing area stands in where no camera is
+    sensors : names in its file; a pen's writing area stands in where no camera is
     """
 
     label: str
@@ -64,9 +65,9 @@ class SensorConfiguration:
 
 CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
     {
-        "accel": SensorConfiguration("accelerometer", ("accel", "area")),
-        "gyro": SensorConfiguration("gyroscope", ("gyro", "area")),
-        "accel+gyro": SensorConfiguration("both", ("accel", "gyro", "area")),
+        "accel": SensorConfiguration("accelerometer", ("accel",)),
+        "gyro": SensorConfiguration("gyroscope", ("gyro",)),
+        "accel+gyro": SensorConfiguration("both", ("accel", "gyro")),
         "accel+gyro+camera": SensorConfiguration("both with camera", ("accel", "gyro", "camera")),
     }
 )
@@ -76,11 +77,20 @@ CONTRACT_CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
     {
         **CONFIGURATIONS,
         "two accelerometers": SensorConfiguration(
-            "two accelerometers", ("accel_lower", "accel_upper", "area")
+            "two accelerometers", ("accel_lower", "accel_upper")
         ),
     }
 )
 """Configurations that every estimator must work on, those of the benchmark among them."""
+
+TURNTABLE_CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
+    {
+        "accel": SensorConfiguration("accelerometer", ("accel",)),
+        "gyro": SensorConfiguration("gyroscope", ("gyro",)),
+        "accel+gyro": SensorConfiguration("both", ("accel", "gyro")),
+    }
+)
+"""The turntable's observation models: equations (10), (11) and (12) of [Pen]."""
 
 
 def check_estimator(name: str) -> None:
@@ -123,4 +133,6 @@ def contract_models() -> Mapping[str, StateSpaceModel]:
         pen = find_pen("reference").model_copy(update={"degrees_of_freedom": dof})
         for name, configuration in CONTRACT_CONFIGURATIONS.items():
             models[f"pen{dof} {name}"] = pen_model(pen, configuration.sensors)
+    for name, configuration in TURNTABLE_CONFIGURATIONS.items():
+        models[f"turntable {name}"] = turntable_model(paper_turntable(), configuration.sensors)
     return MappingProxyType(models)

@@ -86,7 +86,7 @@ class Ekf:
         if not (np.isfinite(gaussian.mean).all() and np.isfinite(gaussian.covariance).all()):
             status |= Status.NOT_FINITE
             gaussian = predicted
-        status |= remarks(self.model, gaussian.mean, measurement.y, update.present)
+        status |= remarks(self.model, gaussian, measurement.y, update.present)
         estimate = Estimate(time_s, gaussian, status, innovation, innovation_covariance)
         return EkfState(time_s, gaussian), estimate
 

@@ -81,18 +81,24 @@ def late_estimate(model: StateSpaceModel, time_s: float, state: GaussianState) -
     return Estimate(time_s, state, Status.LATE, missing[:, 0], missing, iterations=0)
 
 
-def remarks(model: StateSpaceModel, mean: Array, y: Array, used: NDArray[np.bool_]) -> Status:
+def remarks(
+    model: StateSpaceModel, state: GaussianState, y: Array, used: NDArray[np.bool_]
+) -> Status:
     """Return the remarks that any estimator makes on an estimate.
 
     Parameters
     ----------
-    mean : (n_x,) the estimate
+    state : the estimate
     y : (n_y,) the readings of the step
     used : (n_r,) the rows of the residual that were used
     """
     status = Status.SOLVED if used.any() else Status.NO_READING
     if np.isinf(y).any():
         status |= Status.INFINITE_READING
-    if abs(float(model.regularity(mean))) < REGULARITY_LIMIT:
+    if (np.isfinite(y) & (np.abs(y) >= model.saturation)).any():
+        status |= Status.SATURATED
+    if abs(float(model.regularity(state.mean))) < REGULARITY_LIMIT:
         status |= Status.NEAR_SINGULAR
+    if model.reach is not None and (np.diag(state.covariance) > model.reach**2).any():
+        status |= Status.OUT_OF_REACH
     return status

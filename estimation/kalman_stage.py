@@ -202,10 +202,19 @@ class KalmanStage:
             present,
         )
 
+    def output_matrix(self, x: Array, y: Array) -> Array:
+        """Return H (n_r, n_x) of stacked readings at a state; rows without a reading are zero."""
+        no_covariance = np.zeros((self.model.n_x, self.model.n_x))
+        return self.update(GaussianState(x, no_covariance), y).H
+
 
 def rows_present(model: StateSpaceModel, y: Array) -> NDArray[np.bool_]:
-    """Return which rows (n_r,) of the stacked residual have all readings they need."""
-    missing: NDArray[np.bool_] = model.row_needs @ ~np.isfinite(y)
+    """Return which rows (n_r,) of the stacked residual have all readings they need.
+
+    A reading that is NaN, infinite or at its sensor's range limit counts as missing.
+    """
+    usable = np.abs(y) < model.saturation
+    missing: NDArray[np.bool_] = model.row_needs @ ~usable
     return ~missing
 
 

@@ -12,8 +12,10 @@ class Status(enum.Flag):
     NO_READING = enum.auto()
     LATE = enum.auto()
     INFINITE_READING = enum.auto()
+    SATURATED = enum.auto()
     GATED = enum.auto()
     NEAR_SINGULAR = enum.auto()
+    OUT_OF_REACH = enum.auto()
     ITERATION_LIMIT = enum.auto()
     TIME_LIMIT = enum.auto()
     INFEASIBLE = enum.auto()
@@ -50,8 +52,12 @@ SENTENCES = {
     Status.NO_READING: "No sensor had a reading; the estimate is a prediction.",
     Status.LATE: "A reading was older than the newest state and was not used.",
     Status.INFINITE_READING: "A reading was infinite and was not used.",
+    Status.SATURATED: "A reading was at its sensor's range limit and was not used.",
     Status.GATED: "A reading was too far from its prediction and was not used.",
-    Status.NEAR_SINGULAR: "The pen is almost upright, where azimuth and spin are one.",
+    Status.NEAR_SINGULAR: "An angle can hardly be seen in this attitude: a pen is almost upright "
+    "(azimuth and spin are one), or a turntable's cos phi is almost zero (gravity hides theta).",
+    Status.OUT_OF_REACH: "A state is so uncertain that it says nothing: no sensor holds it (for a "
+    "pen's position: a camera or its writing area).",
     Status.ITERATION_LIMIT: "The solver stopped at its iteration limit; best point returned.",
     Status.TIME_LIMIT: "The solver stopped at its time limit; best point returned.",
     Status.INFEASIBLE: "No state meets all bounds and inequalities; best point returned.",

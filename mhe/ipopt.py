@@ -107,7 +107,7 @@ class MheIpopt:
         newest, newest_state = self._covariance_pass(window, trajectory)
         if not np.isfinite(newest_state.covariance).all():
             status |= Status.NOT_FINITE
-        status |= remarks(self.model, newest_state.mean, measurement.y, newest.present)
+        status |= remarks(self.model, newest_state, measurement.y, newest.present)
         window = replace(window, trajectory=trajectory, newest=newest_state)
         times = np.array([m.time_s for m in window.measurements])
         estimate = Estimate(

@@ -10,17 +10,18 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from benchmark.registry import ESTIMATORS, EstimatorSettings, bundled_pens, find_pen
-from benchmark.simulate import simulate_recording
+from benchmark.registry import ESTIMATORS, EstimatorSettings, find_pen
+from benchmark.simulate import motion_names, simulate_recording
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import MheConfig
 from models.errors import InputError
-from models.motions import strokes
-from pen_mhe import benchmark_run, dpoint_table
+from pen_mhe import study_commands
 from pen_mhe.console import console, one_line_warning, one_sentence, progress
 from pen_mhe.estimate_run import CameraThinning, EstimateRun, estimate_recording
 from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
 from pen_mhe.load import load_recording
+from pen_mhe.options import PenOption, SensorsOption, WritingAreaOption, names
+from pen_mhe.options import units as read_units
 from pen_mhe.tables import prepare_output, recording_to_table, write_table
 
 app = typer.Typer(
@@ -31,18 +32,10 @@ EstimatorName = StrEnum("EstimatorName", {name: name for name in ESTIMATORS})  #
 ArrivalCostName = StrEnum(  # type: ignore[misc]
     "ArrivalCostName", {name: name for name in ARRIVAL_COSTS}
 )
-StrokeName = StrEnum("StrokeName", {name: name for name in strokes()})  # type: ignore[misc]
+MotionName = StrEnum("MotionName", {name: name for name in motion_names()})  # type: ignore[misc]
 
 MHE = MheConfig()
-EKF, FILTERED, TURN = EstimatorName("ekf"), ArrivalCostName("filtered"), StrokeName("turn")
-
-PenOption = Annotated[
-    str, typer.Option(help=f"Pen file, or a bundled pen: {', '.join(bundled_pens())}.")
-]
-SensorsOption = Annotated[
-    str | None,
-    typer.Option(help="Names from the pen file, with commas; by default all with readings."),
-]
+EKF, FILTERED, TURN = EstimatorName("ekf"), ArrivalCostName("filtered"), MotionName("turn")
 
 
 @app.callback()
@@ -59,6 +52,7 @@ def estimate(
     pen: PenOption,
     output: Annotated[Path, typer.Option(help="Table to write, .parquet or .csv.")],
     sensors: SensorsOption = None,
+    writing_area: WritingAreaOption = True,
     estimator: Annotated[EstimatorName, typer.Option()] = EKF,
     figure: Annotated[Path | None, typer.Option(help="Figure to write, .png.")] = None,
     horizon: Annotated[int, typer.Option(help="Intervals in the window of an MHE.")] = MHE.horizon,
@@ -85,7 +79,7 @@ def estimate(
         if figure is not None:
             prepare_output(figure, FIGURE_SUFFIXES)
         config = find_pen(pen)
-        loaded = load_recording(recording, config, _units(units))
+        loaded = load_recording(recording, config, read_units(units))
         settings = EstimatorSettings(
             mhe=MheConfig(
                 horizon=horizon,
@@ -102,11 +96,12 @@ def estimate(
                 loaded,
                 config,
                 estimator.value,
-                _names(sensors),
+                names(sensors),
                 settings,
                 thinning,
                 duration,
                 start,
+                writing_area,
             )
         write_table(result.output.to_pandas(), output)
         if figure is not None:
@@ -137,6 +132,13 @@ def _report(result: EstimateRun, output: Path) -> None:
     if result.true_rms:
         errors = ", ".join(f"{column} {value:.4g}" for column, value in result.true_rms.items())
         console.print(f"RMS error against the truth: {errors}")
+    for name, found in (("NIS of the innovations", result.nis), ("NEES", result.nees)):
+        if found is not None:
+            console.print(
+                f"{name}: mean {found.mean:.4g}, expected {found.expected:.4g} "
+                f"(95 % of consistent runs: {found.lower:.4g} to {found.upper:.4g}, "
+                "if instants were independent)"
+            )
     if result.ink is not None:
         console.print(f"mean ink distance: {result.ink.mean_distance_mm:.4f} mm")
 
@@ -150,73 +152,20 @@ def simulate(
     output: Annotated[Path, typer.Option(help="Recording to write, .parquet or .csv.")],
     pen: PenOption = "reference",
     sensors: SensorsOption = None,
-    stroke: Annotated[StrokeName, typer.Option()] = TURN,
+    stroke: Annotated[MotionName, typer.Option()] = TURN,
     duration: Annotated[float, typer.Option(help="s")] = 3.0,
     seed: Annotated[int, typer.Option(help="Of the noise.", min=0)] = 0,
 ) -> None:
     """Write a simulated recording, with its truth in columns true_…"""
     with one_sentence():
         config = find_pen(pen)
-        recording = simulate_recording(config, _names(sensors), stroke.value, duration, seed)
+        recording = simulate_recording(config, names(sensors), stroke.value, duration, seed)
         write_table(recording_to_table(recording, config), output)
         console.print(f"{len(recording.time_s)} instants, written to {output}")
 
 
-@app.command()
-def benchmark(
-    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path("results"),
-    seed: Annotated[int, typer.Option(help="Of the noise.", min=0)] = 0,
-) -> None:
-    """Simulate a stroke and estimate it with every configuration and estimator."""
-    with one_sentence():
-        benchmark_run.run_benchmark(output, seed)
-
-
-@app.command("dpoint-table")
-def dpoint_table_command(
-    recording: Annotated[Path, typer.Argument(help="The D-POINT folder.")],
-    output: Annotated[Path, typer.Option(help="Folder for the cells, to resume from.")] = Path(
-        "results/dpoint"
-    ),
-    pen: PenOption = "dpoint",
-    rates: Annotated[str, typer.Option(help="Camera rates, Hz.")] = "30,10,3",
-    estimators: Annotated[str, typer.Option(help="Names with commas.")] = "ekf,mhe-ipopt",
-    horizon: Annotated[int, typer.Option(help="Intervals in the window of an MHE.")] = MHE.horizon,
-    duration: Annotated[float | None, typer.Option(help="Use only the first seconds.")] = None,
-    jobs: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
-) -> None:
-    """Mean ink distance over camera rates and all phases, zero delay."""
-    with one_sentence():
-        dpoint_table.run_table(
-            recording,
-            output,
-            pen,
-            [_rate(rate) for rate in rates.split(",")],
-            [name.strip() for name in estimators.split(",")],
-            horizon,
-            duration,
-            jobs,
-        )
-
-
-def _rate(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"camera rate {text!r} is not a number, expected Hz") from None
-
-
-def _names(sensors: str | None) -> tuple[str, ...] | None:
-    if sensors is None:
-        return None
-    return tuple(name.strip() for name in sensors.split(",") if name.strip())
-
-
-def _units(units: str | None) -> dict[str, str]:
-    pairs = [pair.split("=") for pair in units.split(",")] if units else []
-    if any(len(pair) != 2 for pair in pairs):
-        raise InputError(f"units {units!r}, expected e.g. accel=g,gyro=deg_s")
-    return {sensor.strip(): unit.strip() for sensor, unit in pairs}
+for name, command in study_commands.COMMANDS.items():
+    app.command(name)(command)
 
 
 if __name__ == "__main__":

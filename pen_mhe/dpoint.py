@@ -3,6 +3,8 @@
 Time: the stylus' own clock (integer ms) plus the median offset to the host's;
 host stamps of single samples jitter by several ms. Camera frames are stamped
 with their capture, the host's stamp minus the camera's delay.
+
+Messages count rows, the elements of a file's list, from 1.
 """
 
 from __future__ import annotations
@@ -20,6 +22,8 @@ from models.arrays import Array
 from models.errors import InputError
 
 STYLUS_FILE, CAMERA_FILE, SCAN_FILE = "stylus_data.json", "camera_data.json", "scan.jpg"
+ROTATION_TOLERANCE = 1e-3
+"""Largest entry of R Rᵀ - I that counts as rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +63,8 @@ def read_dpoint(
     Raises
     ------
     InputError
-        If a file is missing, is not JSON, or a row lacks a key.
+        If a file is missing, is not JSON, a row lacks a key, times do not
+        increase, or an orientation is no rotation; the message names file and row.
     """
     folder = Path(folder)
     stylus, camera = _load(folder / STYLUS_FILE), _load(folder / CAMERA_FILE)
@@ -72,6 +77,8 @@ def read_dpoint(
     position = _column(camera, folder / CAMERA_FILE, "data", "position")
     orientation = _column(camera, folder / CAMERA_FILE, "data", "orientation_mat")
 
+    _check_increasing(device_ms, folder / STYLUS_FILE, "data.t")
+    _check_increasing(frame_ms, folder / CAMERA_FILE, "t")
     offset_ms = np.median(host_ms - device_ms)
     start_ms = device_ms[0]
     time_s = (device_ms - start_ms) * 1e-3
@@ -81,13 +88,8 @@ def read_dpoint(
             f"{folder / CAMERA_FILE}: position and orientation_mat have shapes "
             f"{position.shape[1:]} and {orientation.shape[1:]}, expected (3, 1) and (3, 3)"
         )
-    try:
-        turns = Rotation.from_matrix(orientation).as_rotvec()
-    except ValueError as error:
-        raise InputError(
-            f"{folder / CAMERA_FILE}: orientation_mat: {error}, expected rotation matrices"
-        ) from None
-    pose = np.column_stack([position[:, :, 0], turns])
+    _check_rotations(orientation, folder / CAMERA_FILE)
+    pose = np.column_stack([position[:, :, 0], Rotation.from_matrix(orientation).as_rotvec()])
     touches = np.where(pressure > pressure_threshold, height_m, np.nan)
     recording = Recording.from_sensors(
         folder.name,
@@ -116,7 +118,7 @@ def _load(path: Path) -> list[dict[str, Any]]:
 
 def _column(rows: list[dict[str, Any]], path: Path, *keys: str) -> Array:
     values = []
-    for number, row in enumerate(rows):
+    for number, row in enumerate(rows, 1):
         value: Any = row
         try:
             for key in keys:
@@ -127,6 +129,23 @@ def _column(rows: list[dict[str, Any]], path: Path, *keys: str) -> Array:
         if values[-1].shape != values[0].shape or not np.isfinite(values[-1]).all():
             raise InputError(
                 f"{path}: row {number}: {'.'.join(keys)} is not finite or has another shape "
-                f"than in row 0, expected {values[0].shape}"
+                f"than in row 1, expected {values[0].shape}"
             )
     return np.array(values)
+
+
+def _check_increasing(time_ms: Array, path: Path, key: str) -> None:
+    late = np.flatnonzero(np.diff(time_ms) <= 0)
+    if len(late):
+        row = late[0] + 1
+        raise InputError(
+            f"{path}: row {row + 1}: {key} ({time_ms[row]:.12g} ms) does not follow the one before "
+            f"({time_ms[row - 1]:.12g} ms), expected increasing times"
+        )
+
+
+def _check_rotations(matrices: Array, path: Path) -> None:
+    error = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+    bad = np.flatnonzero((error > ROTATION_TOLERANCE) | (np.linalg.det(matrices) < 0))
+    if len(bad):
+        raise InputError(f"{path}: row {bad[0] + 1}: data.orientation_mat, expected a rotation")

@@ -11,6 +11,7 @@ from benchmark.camera import LeftOutError, check_recorded_rate, frames_per_kept,
 from benchmark.ink import TRIMMED_SAMPLES, InkMatch, match_ink, written_path_mm
 from benchmark.metrics import ERROR_COLUMNS, root_mean_square, state_errors
 from benchmark.registry import EstimatorSettings, create_estimator
+from estimation.consistency import Consistency, consistency, nees, nis
 from estimation.estimate import EstimateHistory
 from estimation.estimator import run
 from estimation.recording import Recording
@@ -38,6 +39,8 @@ class EstimateRun:
     output : one estimate per sample of the fastest sensor, the IMU
     left_out : error against the camera frames that were left out
     true_rms : RMS errors against the truth, where the recording has it
+    nis, nees : consistency of innovations, and of errors where the truth of every state is
+        known; None where there is nothing to judge by
     ink : the path laid over the ink, where there is a scan
     zero_delay : sensors whose readings were used at their capture in spite of a delay
     """
@@ -48,6 +51,8 @@ class EstimateRun:
     output: EstimateHistory
     left_out: LeftOutError | None
     true_rms: dict[str, float]
+    nis: Consistency | None
+    nees: Consistency | None
     ink: InkMatch | None
     zero_delay: tuple[str, ...]
 
@@ -66,6 +71,7 @@ def estimate_recording(
     thinning: CameraThinning | None = None,
     duration_s: float | None = None,
     on_start: Callable[[int], Callable[[object], None]] | None = None,
+    writing_area: bool = True,
 ) -> EstimateRun:
     """Estimate a recording and compare with whatever reference it brings.
 
@@ -75,9 +81,10 @@ def estimate_recording(
     thinning : use fewer camera frames
     duration_s : use only the first seconds
     on_start : called with the number of steps; returns what is called per step
+    writing_area : see `models.pen.pen_model`
     """
     recording = loaded.recording
-    model = pen_model(pen, sensors or default_sensors(pen, recording))
+    model = pen_model(pen, sensors or default_sensors(pen, recording), writing_area)
     measured = [sensor.name for sensor in model.measured_sensors]
     recorded = recording.select(measured)
     if duration_s is not None:
@@ -107,6 +114,8 @@ def estimate_recording(
         output=output,
         left_out=left_out_error(model, cameras[0], history, recorded, used) if cameras else None,
         true_rms=_true_rms(model, history, used),
+        nis=_nis(history),
+        nees=_nees(model, history, used),
         ink=_ink_match(output, loaded.ink) if loaded.ink else None,
         zero_delay=tuple(s.name for s in model.sensors if s.delay_s > 0),
     )
@@ -124,6 +133,21 @@ def _true_rms(
         if set(entry[0]) & set(model.state_names) <= set(recording.truth.names)
     }
     return root_mean_square(model, errors, known)
+
+
+def _nis(history: EstimateHistory) -> Consistency | None:
+    squared, rows = nis(history)
+    return consistency(squared, rows) if rows.any() else None
+
+
+def _nees(
+    model: StateSpaceModel, history: EstimateHistory, recording: Recording
+) -> Consistency | None:
+    truth = recording.truth
+    if truth is None or not set(model.state_names) <= set(truth.names):
+        return None
+    states = truth.states(model.state_names, history.time_s)
+    return consistency(nees(model, history, states), model.n_x)
 
 
 def _ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:

@@ -12,7 +12,9 @@ from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig
 from models.sensors import Contact, PoseCamera
-from pen_mhe.dpoint import is_dpoint_folder, read_dpoint
+from pen_mhe.columns import column_units
+from pen_mhe.dpoint import CAMERA_FILE, STYLUS_FILE, is_dpoint_folder, read_dpoint
+from pen_mhe.plausible_units import check_units
 from pen_mhe.tables import read_table, recording_from_table
 
 
@@ -42,16 +44,36 @@ def load_recording(
     ----------
     path : a D-POINT folder, or a CSV or Parquet file
     units : sensor name → unit, for tables whose headers have none
+
+    Raises
+    ------
+    InputError
+        If it does not exist, does not fit the pen, has a single sample, or only
+        makes sense in other units; see `pen_mhe.plausible_units`.
     """
     if not path.exists():
         raise InputError(
             f"recording {path} does not exist, expected a D-POINT folder, .csv or .parquet"
         )
-    if not path.is_dir():
-        return LoadedRecording(recording_from_table(read_table(path), pen, str(path), units))
-    if not is_dpoint_folder(path):
-        raise InputError(f"recording {path} is a folder without D-POINT's files, expected them")
-    return load_dpoint(path, pen)
+    if path.is_dir():
+        if not is_dpoint_folder(path):
+            raise InputError(
+                f"recording {path} is a folder without D-POINT's files, expected "
+                f"{STYLUS_FILE} and {CAMERA_FILE}"
+            )
+        if units:
+            raise InputError(
+                f"recording {path}: units are given for a D-POINT folder, expected none: its are SI"
+            )
+        loaded = load_dpoint(path, pen)
+    else:
+        table = read_table(path)
+        recording = recording_from_table(table, pen, str(path), units)
+        check_units(recording, pen, column_units(table.columns, pen, units))
+        loaded = LoadedRecording(recording)
+    if len(loaded.recording.time_s) < 2:
+        raise InputError(f"recording {path} has a single sample, expected at least two")
+    return loaded
 
 
 def load_dpoint(folder: Path, pen: PenConfig) -> LoadedRecording:

@@ -2,48 +2,112 @@
 
 A recording has a column ``time_s`` (or ``time_ms``, ``time_us``) and columns
 ``<sensor>_<axis>``, with the unit at the end of the header
-(``accel_x_m_s2``, ``gyro_x_deg_s``) or given by option, else SI. An empty cell
-is a sensor without a reading. Columns ``true_<state>`` hold the truth.
+(``accel_x_m_s2``, ``gyro_x_deg_s``) or given by option, else SI. Columns
+``true_<state>`` hold the truth, in any unit of their row of `models.units`.
+
+An empty cell is a sensor without a reading. A CSV that says ``nan`` or ``inf``
+is refused; in Parquet an empty cell and NaN are the same.
+
+Messages count rows of data from 1: row 1 is the one below the header.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import re
+import warnings
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet  # type: ignore[import-untyped]
 
 from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
 from models.measurement import reading_axes
 from models.pen import PenConfig
-from models.units import UNITS
+from pen_mhe.columns import (
+    TIME,
+    TRUTH_PREFIX,
+    check_units_given,
+    expected_for,
+    increasing_times,
+    numbers,
+    recording_columns,
+    spellings,
+)
 
-TIME_COLUMNS = MappingProxyType({f"time_{unit}": factor for unit, factor in UNITS["s"].items()})
-TRUTH_PREFIX = "true_"
 TABLE_SUFFIXES = (".csv", ".parquet")
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """Read a CSV or Parquet file by its suffix."""
-    readers: Mapping[str, Callable[[Path], pd.DataFrame]] = {
-        ".csv": pd.read_csv,
-        ".parquet": pd.read_parquet,
-    }
-    if path.suffix not in readers:
+    """Read a CSV or Parquet file by its suffix.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or a column has no name or that of another.
+    """
+    where, kind = f"recording {path}", path.suffix[1:]
+    if path.suffix not in TABLE_SUFFIXES:
         raise InputError(
-            f"recording {path}: suffix {path.suffix or '(none)'} is unknown, "
+            f"{where}: suffix {path.suffix or '(none)'} is unknown, "
             "expected .csv, .parquet or a D-POINT folder"
         )
     try:
-        return readers[path.suffix](path)
+        is_empty = path.stat().st_size == 0
+        header, table = ([], None) if is_empty else _READERS[path.suffix](path)
     except OSError as error:
-        raise InputError(f"recording {path}: {error.strerror or error}, expected a table") from None
-    except (ValueError, pd.errors.ParserError) as error:
-        raise InputError(f"recording {path}: {error}, expected a {path.suffix[1:]} table") from None
+        raise InputError(f"{where}: {error.strerror or error}, expected a table") from None
+    except pd.errors.ParserWarning:
+        raise InputError(
+            f"{where}: row 1 has more cells than the header, expected as many"
+        ) from None
+    except ValueError as error:
+        ragged = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
+        if ragged:
+            cells, line, found = ragged.groups()
+            raise InputError(
+                f"{where}: line {line} of the file has {found} cells, "
+                f"expected {cells} as in the header"
+            ) from None
+        raise InputError(f"{where}: cannot be read, expected a {kind} table") from None
+    if table is None:
+        raise InputError(f"{where} is empty (zero bytes), expected a header and samples")
+    if len(header) == 1:
+        raise InputError(
+            f"{where}: a single column, expected several (a CSV separates them by commas)"
+        )
+    for number, column in enumerate(header, 1):
+        if not column:
+            raise InputError(f"{where}: column {number} has no name, expected one in the header")
+        if header.index(column) < number - 1:
+            raise InputError(f"{where}: column {column} appears twice, expected it once")
+    return table
+
+
+def _read_csv(path: Path) -> tuple[list[str], pd.DataFrame]:
+    """Read header and table; pandas would rename columns that appear twice."""
+    first = pd.read_csv(path, header=None, nrows=1, dtype=str, keep_default_na=False)
+    with warnings.catch_warnings():
+        # Where row 1 is longer than the header, pandas would drop its end.
+        warnings.simplefilter("error", pd.errors.ParserWarning)
+        table = pd.read_csv(
+            path, keep_default_na=False, na_values=[""], index_col=False, low_memory=False
+        )
+    return [str(column) for column in first.iloc[0]], table
+
+
+def _read_parquet(path: Path) -> tuple[list[str], pd.DataFrame]:
+    header = pyarrow.parquet.read_schema(path).names
+    # pandas cannot read a table in which a name appears twice; its header says enough.
+    is_unique = len(set(header)) == len(header)
+    return header, pd.read_parquet(path) if is_unique else pd.DataFrame()
+
+
+_READERS = MappingProxyType({".csv": _read_csv, ".parquet": _read_parquet})
 
 
 def prepare_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None:
@@ -90,47 +154,60 @@ def recording_from_table(
     Raises
     ------
     InputError
-        If a column is missing or unknown, or a cell is not a number; the
-        message names column and row.
+        If a column is missing, unknown, given twice or empty, a cell is not a
+        finite number, or times do not increase; the message names column and row.
     """
-    time_s = _time(table, name)
-    for sensor in units or {}:
-        if not _plain_columns(sensor, pen) & {str(column) for column in table.columns}:
+    where = f"recording {name}"
+    headers = [str(header) for header in table.columns]
+    columns = recording_columns(pen, units or {})
+    found: dict[str, str] = {}
+    for header in headers:
+        if header not in columns:
             raise InputError(
-                f"recording {name}: a unit is given for {sensor}, expected columns of it "
-                "without a unit in their header"
+                f"{where}: unknown column {header}, expected {expected_for(header, columns)}"
             )
-    readings, used = {}, set(TIME_COLUMNS)
+        quantity = columns[header].quantity
+        other = found.setdefault(quantity, header)
+        if other != header:
+            raise InputError(
+                f"{where}: columns {other} and {header} both give {quantity}, expected one"
+            )
+    check_units_given(units or {}, pen, headers, where)
+    if TIME not in found:
+        raise InputError(
+            f"{where}: expected exactly one column of {', '.join(spellings(TIME, columns))}, "
+            "found none"
+        )
+    if not len(table):
+        raise InputError(f"{where} is empty below its header, expected at least one sample")
+    values = {
+        quantity: numbers(table[header], where) * columns[header].factor
+        for quantity, header in found.items()
+    }
+    time_s = increasing_times(values[TIME], found[TIME], where)
+    readings = {}
     for sensor, config in pen.sensors.items():
-        axes = reading_axes(config)
-        columns = [_column(table, sensor, axis, unit, units or {}) for axis, unit in axes]
-        present = [column for column, _ in columns if column is not None]
-        if not present:
+        axes = [f"{sensor}_{axis}" for axis, _ in reading_axes(config)]
+        missing = [axis for axis in axes if axis not in found]
+        if len(missing) == len(axes):
             continue
-        if len(present) < len(axes):
-            missing = ", ".join(
-                f"{sensor}_{axis}"
-                for (axis, _), (found, _) in zip(axes, columns, strict=True)
-                if found is None
+        if missing:
+            raise InputError(
+                f"{where}: column {', '.join(missing)} is missing, expected every axis of {sensor}"
             )
-            raise InputError(f"recording {name}: column {missing} is missing, expected it")
-        used.update(present)
-        readings[sensor] = np.column_stack(
-            [_numbers(table, str(column), name) * factor for column, factor in columns]
-        )
-    truth_columns = [str(c) for c in table.columns if str(c).startswith(TRUTH_PREFIX)]
-    unknown = [str(c) for c in table.columns if c not in used and c not in truth_columns]
-    if unknown or not readings:
-        expected = ", ".join(
-            f"{sensor}_{axis}_{unit}"
-            for sensor, config in pen.sensors.items()
-            for axis, unit in reading_axes(config)
-        )
-        what = f"unknown column {unknown[0]}" if unknown else "no sensor's columns"
-        raise InputError(f"recording {name}: {what}, expected time_s, {expected}")
-    return Recording(
-        name, time_s, MappingProxyType(readings), _truth(table, time_s, truth_columns, name)
-    )
+        readings[sensor] = np.column_stack([values[axis] for axis in axes])
+        if np.isnan(readings[sensor]).all():
+            raise InputError(
+                f"{where}: the columns of {sensor} are empty, expected a reading or no such columns"
+            )
+    if not readings:
+        raise InputError(f"{where}: no sensor's columns, expected {expected_for('', columns)}")
+    states = [quantity for quantity in found if quantity.startswith(TRUTH_PREFIX)]
+    truth = None
+    if states:
+        names = tuple(state.removeprefix(TRUTH_PREFIX) for state in states)
+        truth = Truth(time_s, names, np.column_stack([values[state] for state in states]))
+    return Recording(name, time_s, MappingProxyType(readings), truth)
 
 
 def recording_to_table(recording: Recording, pen: PenConfig) -> pd.DataFrame:
@@ -140,62 +217,8 @@ def recording_to_table(recording: Recording, pen: PenConfig) -> pd.DataFrame:
         for i, (axis, unit) in enumerate(reading_axes(pen.sensors[sensor])):
             columns[f"{sensor}_{axis}_{unit}"] = values[:, i]
     if recording.truth is not None:
+        # The truth may be given at more instants than the readings.
+        states = recording.truth.states(recording.truth.names, recording.time_s)
         for i, state in enumerate(recording.truth.names):
-            columns[TRUTH_PREFIX + state] = recording.truth.values[:, i]
+            columns[TRUTH_PREFIX + state] = states[:, i]
     return pd.DataFrame(columns)
-
-
-def _plain_columns(sensor: str, pen: PenConfig) -> set[str]:
-    if sensor not in pen.sensors:
-        return set()
-    return {f"{sensor}_{axis}" for axis, _ in reading_axes(pen.sensors[sensor])}
-
-
-def _time(table: pd.DataFrame, name: str) -> Array:
-    found = [column for column in TIME_COLUMNS if column in table.columns]
-    if len(found) != 1:
-        raise InputError(
-            f"recording {name}: expected exactly one column of {', '.join(TIME_COLUMNS)}, "
-            f"found {', '.join(found) or 'none'}"
-        )
-    time_s = _numbers(table, found[0], name) * TIME_COLUMNS[found[0]]
-    if np.isnan(time_s).any():
-        row = int(np.flatnonzero(np.isnan(time_s))[0])
-        raise InputError(f"recording {name}: column {found[0]} is empty in row {row}")
-    return np.round(time_s, 9)
-
-
-def _column(
-    table: pd.DataFrame, sensor: str, axis: str, si_unit: str, units: Mapping[str, str]
-) -> tuple[str | None, float]:
-    """Return the column that holds an axis and its factor to SI, (None, 1) if none does."""
-    accepted = UNITS[si_unit]
-    for unit, factor in accepted.items():
-        if f"{sensor}_{axis}_{unit}" in table.columns:
-            return f"{sensor}_{axis}_{unit}", factor
-    plain = f"{sensor}_{axis}"
-    if plain not in table.columns:
-        return None, 1.0
-    unit = units.get(sensor, si_unit)
-    if unit not in accepted:
-        raise InputError(f"unit {unit} of {sensor} is unknown, expected {' or '.join(accepted)}")
-    return plain, accepted[unit]
-
-
-def _numbers(table: pd.DataFrame, column: str, name: str) -> Array:
-    numbers = pd.to_numeric(table[column], errors="coerce").to_numpy(dtype=float)
-    bad = np.isnan(numbers) & table[column].notna().to_numpy()
-    if bad.any():
-        row = int(np.flatnonzero(bad)[0])
-        raise InputError(
-            f"recording {name}: column {column}, row {row}: "
-            f"{table[column].iloc[row]!r} is not a number"
-        )
-    return numbers
-
-
-def _truth(table: pd.DataFrame, time_s: Array, columns: list[str], name: str) -> Truth | None:
-    if not columns:
-        return None
-    values = np.column_stack([_numbers(table, column, name) for column in columns])
-    return Truth(time_s, tuple(c.removeprefix(TRUTH_PREFIX) for c in columns), values)

@@ -19,11 +19,13 @@ from benchmark.registry import (
     find_pen,
 )
 from benchmark.simulate import simulate_recording
+from benchmark.simulate_turntable import simulate_table
 from estimation.estimator import run_measurements
 from estimation.recording import Measurement, Recording
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import MheConfig
 from models.pen import pen_model
+from models.turntable import paper_turntable
 from tests.contracts import check_failures, check_history, check_inputs_unchanged, check_model
 
 DURATION_S = 0.25
@@ -34,8 +36,12 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 
 @cache
-def recording(degrees_of_freedom: int) -> Recording:
-    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+def recording(body: str) -> Recording:
+    """Return the recording of ``pen5``, ``pen6`` or ``turntable``, the first word of a name."""
+    if body == "turntable":
+        return simulate_table(paper_turntable(), DURATION_S + 0.3, seed=1)
+    dof = {"pen5": 5, "pen6": 6}[body]
+    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": dof})
     sensors = ["accel", "gyro", "camera", "accel_lower", "accel_upper"]
     return simulate_recording(pen, sensors, "turn", DURATION_S + 0.3, seed=1)
 
@@ -43,7 +49,7 @@ def recording(degrees_of_freedom: int) -> Recording:
 def measurements(name: str) -> list[Measurement]:
     model = MODELS[name]
     measured = [sensor.name for sensor in model.measured_sensors]
-    source = recording(5 if name.startswith("pen5") else 6).select(measured)
+    source = recording(name.split()[0]).select(measured)
     moving = [m for m in source.measurements(model) if m.time_s >= 0.3]
     # A dropout: one instant without any reading.
     moving[5] = Measurement(moving[5].time_s, np.full(model.n_y, np.nan))

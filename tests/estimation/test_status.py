@@ -45,8 +45,10 @@ def test_what_counts_as_unsolved() -> None:
         Status.NO_READING,
         Status.LATE,
         Status.INFINITE_READING,
+        Status.SATURATED,
         Status.GATED,
         Status.NEAR_SINGULAR,
+        Status.OUT_OF_REACH,
     }
     assert set(Status) - set(UNSOLVED) == remarks
     assert Status.SOLVED.is_solved

@@ -140,5 +140,5 @@ def test_bad_folders(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a list of samples, got none"):
         read_dpoint(tmp_path, 0.045, 0.022)
     (tmp_path / CAMERA_FILE).write_text('[{"t": 1}]')
-    with pytest.raises(InputError, match=r"row 0 has no number under data\.accel"):
+    with pytest.raises(InputError, match=r"row 1 has no number under data\.accel"):
         read_dpoint(tmp_path, 0.045, 0.022)

@@ -1,0 +1,141 @@
+"""Whether an estimator's covariance is as large as its errors: NEES and NIS.
+
+    NEES_k = e_kᵀ P_k⁻¹ e_k,  e = x̂ ⊟ x      χ² with n_x degrees of freedom
+    NIS_k  = v_kᵀ S_k⁻¹ v_k,  v = innovation   χ² with as many as rows were present
+
+if the estimator is consistent. A mean above its region says that the estimator is
+too sure of itself, below it that it is too careful. The same functions serve every
+estimator: an MHE's covariance and innovation come from the pass of the Kalman
+stage over its window.
+
+References
+----------
+Bar-Shalom, Li, Kirubarajan (2001), Estimation with Applications to Tracking and
+Navigation, section 5.4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.stats import chi2
+
+from estimation.estimate import EstimateHistory
+from models.arrays import Array
+from models.errors import InputError
+from models.state_space import StateSpaceModel
+
+PROBABILITY = 0.95
+"""Of the regions; nearer to 1 is wider."""
+
+
+@dataclass(frozen=True)
+class Consistency:
+    """A mean of squared Mahalanobis distances beside what χ² expects of it.
+
+    Parameters
+    ----------
+    mean : of the statistic, over the instants that have it
+    expected : its mean if the estimator is consistent
+    lower, upper : region that holds the mean with `PROBABILITY`, if the instants were
+        independent; those of a NEES are not, so its region is too narrow for one run
+    inside_fraction : part of the instants inside their own two-sided region
+    count : number of instants
+    """
+
+    mean: float
+    expected: float
+    lower: float
+    upper: float
+    inside_fraction: float
+    count: int
+
+    @property
+    def is_inside(self) -> bool:
+        """Whether the mean lies in its region."""
+        return self.lower <= self.mean <= self.upper
+
+
+def nees(model: StateSpaceModel, history: EstimateHistory, states: Array) -> Array:
+    """Return the normalised estimation error squared (n,) of a run.
+
+    Parameters
+    ----------
+    states : (n, n_x) true states at the estimates' instants; NaN where not known
+
+    Returns
+    -------
+    (n,), NaN where a true state is not known.
+
+    Raises
+    ------
+    InputError
+        If there is not one true state per estimate.
+    """
+    if states.shape != history.mean.shape:
+        raise InputError(
+            f"true states have shape {states.shape}, expected {history.mean.shape}: "
+            "one per estimate"
+        )
+    return np.array(
+        [
+            _squared_distance(np.asarray(model.difference(mean, x)).ravel(), P)
+            for mean, x, P in zip(history.mean, states, history.covariance, strict=True)
+        ]
+    )
+
+
+def nis(history: EstimateHistory) -> tuple[Array, Array]:
+    """Return the normalised innovation squared (n,) and its degrees of freedom (n,).
+
+    Instants without a reading have NaN and 0.
+    """
+    present = ~np.isnan(history.innovation)
+    squared = [
+        _squared_distance(v[rows], S[np.ix_(rows, rows)]) if rows.any() else np.nan
+        for v, S, rows in zip(
+            history.innovation, history.innovation_covariance, present, strict=True
+        )
+    ]
+    return np.array(squared), present.sum(axis=1)
+
+
+def consistency(squared: Array, freedom: Array | int) -> Consistency:
+    """Compare squared distances with the χ² law.
+
+    Parameters
+    ----------
+    squared : (n,), NaN where there is none
+    freedom : degrees of freedom, one for all or (n,)
+
+    Raises
+    ------
+    InputError
+        If no instant has a value.
+    """
+    known = ~np.isnan(squared)
+    if not known.any():
+        raise InputError("no instant to judge consistency by, expected at least one")
+    d, dof = squared[known], np.broadcast_to(freedom, squared.shape)[known]
+    count, tail = len(d), (1 - PROBABILITY) / 2
+    total = float(dof.sum())
+    inside = (chi2.ppf(tail, dof) <= d) & (d <= chi2.ppf(1 - tail, dof))
+    return Consistency(
+        mean=float(d.mean()),
+        expected=total / count,
+        lower=float(chi2.ppf(tail, total)) / count,
+        upper=float(chi2.ppf(1 - tail, total)) / count,
+        inside_fraction=float(inside.mean()),
+        count=count,
+    )
+
+
+def _squared_distance(error: Array, covariance: Array) -> float:
+    """Return eᵀ P⁻¹ e, scaled first: variances of a pen differ by ten orders of magnitude."""
+    if np.isnan(error).any():
+        return float("nan")
+    std = np.sqrt(np.diag(covariance))
+    L = np.linalg.cholesky(covariance / np.outer(std, std))
+    return float((solve_triangular(L, error / std, lower=True) ** 2).sum())

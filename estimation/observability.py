@@ -1,0 +1,254 @@
+"""What a choice of sensors can see: the observability Gramian along a motion.
+
+Noise-free transitions Φ_k = F_{k-1} … F_0 carry a small change of the first
+state to every reading:
+
+    O = [R^-½ H_0; R^-½ H_1 Φ_1; …] D,      Gramian W = Oᵀ O
+
+with D the prior's standard deviations: in a direction with singular value s the
+readings, at their noise, say s times as much as was known before (in standard
+deviations). Where s is zero, up to rounding, no reading shows a change: the
+direction is unobservable. Unobservable directions are returned in the model's
+own states, as few states as possible in each (a pivoted echelon form), so that
+they can be read: "azimuth alone", "azimuth with tip acceleration".
+
+Symmetries of a model (a heading, a tilt that looks like an acceleration) show only
+along a motion that obeys it exactly; along any other the linearised readings seem
+to tell apart what they cannot. A `Verdict` therefore takes the Gramian along short
+motions that start in true states and run freely, `free_motion`, and asks
+`estimation.information_bound` what process noise leaves of weak directions. A state
+counts as observable when neither leaves `OBSERVABLE_FRACTION` of the prior's
+standard deviation.
+
+References
+----------
+Chen (1999), Linear System Theory and Design, section 6.3 (time-varying).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import orth, qr, solve_triangular
+
+from estimation.information_bound import OBSERVABLE_FRACTION, InformationBound, information_bound
+from estimation.kalman_stage import KalmanStage
+from estimation.recording import Measurement
+from estimation.symmetry import direction, holds
+from models.arrays import Array
+from models.state_space import StateSpaceModel
+
+ROUNDING = 1e-6
+"""Singular values below it are zero up to rounding; the weakest true ones are near 1e-2."""
+
+FREE_S, FREE_STARTS = 0.5, 5
+"""Duration and number of the free motions of a verdict."""
+
+SYMMETRY_STATES = 5
+"""Number of states that a symmetry is tried at."""
+
+NEGLIGIBLE = 1e-6
+"""Part of a direction below which a state does not take part in it (rounding)."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnobservableDirection:
+    """A change of the state that the readings do not show.
+
+    Parameters
+    ----------
+    changes : state name → change in the state's unit; the first is the leading state
+    """
+
+    changes: dict[str, float]
+    units: dict[str, str]
+
+    @property
+    def words(self) -> str:
+        """Return e.g. ``azimuth_rad alone``, or what else has to change with it."""
+        (leading, amount), *others = self.changes.items()
+        if not others:
+            return f"{leading} alone"
+        rest = ", ".join(f"{name} by {change / amount:.3g}" for name, change in others)
+        return f"{leading} by 1 with {rest}"
+
+
+@dataclass(frozen=True, eq=False)
+class Observability:
+    """What the readings of a motion say about its first state.
+
+    Parameters
+    ----------
+    state_names : (n_x,)
+    prior_std : (n_x,) D
+    singular_values : (n_x,) of O, descending
+    directions : of the unobservable subspace, a basis that is easy to read
+    unobservable : (n_x, n) orthonormal basis of the same subspace in prior units
+    """
+
+    state_names: tuple[str, ...]
+    prior_std: Array
+    singular_values: Array
+    directions: tuple[UnobservableDirection, ...]
+    unobservable: Array
+
+    @property
+    def rank(self) -> int:
+        """Number of observable directions."""
+        return len(self.state_names) - self.unobservable.shape[1]
+
+    @property
+    def unseen_fraction(self) -> Array:
+        """(n_x,) part of each state's prior deviation that no reading can remove."""
+        return np.sqrt((self.unobservable**2).sum(axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """Gramian and information bound of one configuration along one motion."""
+
+    observability: Observability
+    bound: InformationBound
+
+    @property
+    def unseen_fraction(self) -> Array:
+        """(n_x,) the larger of both parts of the prior's standard deviation that stay."""
+        left = self.bound.std[-1] / self.bound.prior_std
+        return np.maximum(left, self.observability.unseen_fraction)
+
+    def sees(self, state: str) -> bool:
+        """Whether the readings say clearly more about a state than the prior did."""
+        index = self.bound.state_names.index(state)
+        return bool(self.unseen_fraction[index] < OBSERVABLE_FRACTION)
+
+
+def observability_matrix(
+    model: StateSpaceModel, measurements: Sequence[Measurement], states: Array
+) -> Array:
+    """Return O (n_rows, n_x) along known states, scaled as in the module's equation.
+
+    Parameters
+    ----------
+    measurements : their times, and which rows are present; the values only place
+        where curved residuals are linearised
+    states : (n, n_x) the true states, one per measurement
+    """
+    stage, D = KalmanStage(model), model.prior.std
+    rows, Phi = [], np.eye(model.n_x)
+    for k, (measurement, x) in enumerate(zip(measurements, states, strict=True)):
+        if k:
+            dt = measurement.time_s - measurements[k - 1].time_s
+            Phi = stage.derivatives(states[k - 1], dt)[0] @ Phi
+        H = stage.output_matrix(x, measurement.y)
+        rows.append((H / model.noise_std[:, None]) @ Phi * D)
+    return np.vstack(rows)
+
+
+def observability(
+    model: StateSpaceModel, measurements: Sequence[Measurement], states: Array
+) -> Observability:
+    """Return what a motion's readings say about its first state; see `observability_matrix`."""
+    scaled = observability_matrix(model, measurements, states)
+    _, s, Vt = np.linalg.svd(scaled, full_matrices=True)
+    singular = np.zeros(model.n_x)
+    singular[: len(s)] = s
+    constant = np.repeat(
+        [sensor.constant_reading is not None for sensor in model.sensors],
+        [sensor.n_r for sensor in model.sensors],
+    )
+    unobservable = _joined(
+        Vt[singular < ROUNDING].T,
+        _symmetric(model, measurements, states),
+        scaled[np.tile(constant, len(states))],
+    )
+    return Observability(
+        model.state_names,
+        model.prior.std,
+        singular,
+        _directions(model, unobservable),
+        unobservable,
+    )
+
+
+def _symmetric(model: StateSpaceModel, measurements: Sequence[Measurement], states: Array) -> Array:
+    """Return the directions (n_x, n) of symmetries that hold, at the first state, prior units."""
+    dt = measurements[1].time_s - measurements[0].time_s if len(measurements) > 1 else 0.0
+    found = [
+        direction(model, symmetry, states[0]) / model.prior.std
+        for symmetry in model.symmetries
+        if holds(model, symmetry, states[:: max(1, len(states) // SYMMETRY_STATES)], dt)
+    ]
+    return np.array(found).reshape(len(found), model.n_x).T
+
+
+def _joined(basis: Array, symmetric: Array, constant_rows: Array) -> Array:
+    """Return an orthonormal basis (n_x, n) that also spans the symmetric directions.
+
+    A constant reading places what it reads: a symmetry adds nothing where all that it
+    moves beyond the basis is this (a tip at rest beside the centre of its area).
+    """
+    if not symmetric.shape[1]:
+        return basis
+    rest = symmetric / np.linalg.norm(symmetric, axis=0)
+    rest = rest - basis @ (basis.T @ rest)
+    placed = orth(constant_rows.T)
+    not_placed = rest - placed @ (placed.T @ rest)
+    rest = rest[:, np.linalg.norm(not_placed, axis=0) > NEGLIGIBLE]
+    U, s, _ = np.linalg.svd(rest, full_matrices=False)
+    return np.hstack([basis, U[:, s > NEGLIGIBLE]])
+
+
+def free_motion(
+    model: StateSpaceModel, x: Array, duration_s: float = FREE_S, steps: int = 50
+) -> tuple[list[Measurement], Array]:
+    """Return the readings without noise and the states (n, n_x) of a motion that runs freely.
+
+    x_{k+1} = f(x_k, 0, Δt): nothing but the model drives it. Every sensor reads at every step.
+    """
+    states, no_noise, dt = [x], np.zeros(model.n_w), duration_s / steps
+    for _ in range(steps):
+        states.append(model.f(states[-1], no_noise, dt).full().ravel())
+    readings = [
+        model.stack({sensor.name: sensor.h(x).full().ravel() for sensor in model.sensors})
+        for x in states
+    ]
+    times = dt * np.arange(steps + 1)
+    return [Measurement(t, y) for t, y in zip(times, readings, strict=True)], np.array(states)
+
+
+def verdict(model: StateSpaceModel, measurements: Sequence[Measurement], states: Array) -> Verdict:
+    """Return Gramian and information bound along known states.
+
+    The Gramian is the one of largest rank of `FREE_STARTS` free motions from states spread
+    over the known ones: what any part of the motion shows counts as shown.
+    """
+    starts = np.linspace(0, len(states) - 1, FREE_STARTS).astype(int)
+    candidates = [observability(model, *free_motion(model, states[i])) for i in starts]
+    return Verdict(
+        max(candidates, key=lambda found: found.rank),
+        information_bound(model, measurements, states),
+    )
+
+
+def _directions(model: StateSpaceModel, basis: Array) -> tuple[UnobservableDirection, ...]:
+    """Turn an orthonormal basis (n_x, n), in prior units, into readable directions.
+
+    Column-pivoted QR of the transpose picks the n states that best tell the
+    directions apart; solving for them leaves each in one direction only.
+    """
+    n = basis.shape[1]
+    if n == 0:
+        return ()
+    _, R, order = qr(basis.T, mode="economic", pivoting=True)
+    echelon = np.zeros((n, model.n_x))
+    echelon[:, order] = solve_triangular(R[:, :n], R)
+    units = dict(zip(model.state_names, model.state_units, strict=True))
+    found = []
+    for row, leading in sorted(zip(echelon, order[:n], strict=True), key=lambda pair: pair[1]):
+        members = np.flatnonzero(np.abs(row) > NEGLIGIBLE)
+        ordered = [leading, *(i for i in members if i != leading)]
+        changes = {model.state_names[i]: float(row[i] * model.prior.std[i]) for i in ordered}
+        found.append(UnobservableDirection(changes, {name: units[name] for name in changes}))
+    return tuple(found)

@@ -1,0 +1,100 @@
+"""The work behind ``pen-mhe consistency``: NEES and NIS over many runs, in processes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+
+import numpy as np
+
+from benchmark.consistency_runs import ConsistencyRuns, case_named, joined, run_case
+from benchmark.registry import check_estimator, find_pen
+from models.errors import InputError
+from models.pen import PenConfig, pen_model
+from pen_mhe.console import console, print_table, progress
+
+RUNS_PER_TASK = 5
+
+LIMIT = 2.6
+"""Standard errors within which a mean NEES counts as consistent."""
+
+
+def run_consistency(
+    pen: str,
+    sensors: Sequence[str] | None,
+    cases: Sequence[str],
+    estimators: Sequence[str],
+    runs: int,
+    jobs: int,
+) -> None:
+    """Run every case with every estimator and print the table."""
+    config = find_pen(pen)
+    pen_model(config, sensors)
+    for estimator in estimators:
+        check_estimator(estimator)
+    for case in cases:
+        case_named(case)
+    if not cases or not estimators:
+        raise InputError("cases or estimators is empty, expected at least one name of each")
+    tasks = [
+        (config, sensors, case, estimator, tuple(range(first, min(first + RUNS_PER_TASK, runs))))
+        for case in cases
+        for estimator in estimators
+        for first in range(0, runs, RUNS_PER_TASK)
+    ]
+    found: dict[tuple[str, str], dict[int, ConsistencyRuns]] = {}
+    with (
+        progress("consistency") as start,
+        ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
+    ):
+        advance = start(len(tasks))
+        futures = {pool.submit(_run_task, *task): task for task in tasks}
+        for future in as_completed(futures):
+            _, _, case, estimator, seeds = futures[future]
+            found.setdefault((case, estimator), {})[seeds[0]] = future.result()
+            advance(future)
+    rows = [
+        _row(case, estimator, joined(part for _, part in sorted(found[case, estimator].items())))
+        for case in cases
+        for estimator in estimators
+    ]
+    print_table(
+        f"{config.name}, {runs} runs each",
+        [
+            "truth",
+            "estimator",
+            "NEES: mean of runs",
+            "expected",
+            "away / standard errors",
+            "NIS per row",
+        ],
+        rows,
+    )
+    console.print(
+        f"\nconsistent: within {LIMIT:g} standard errors of the number of states, if the truth "
+        "is drawn from the model"
+    )
+
+
+def _run_task(
+    pen: PenConfig,
+    sensors: Sequence[str] | None,
+    case: str,
+    estimator: str,
+    seeds: Sequence[int],
+) -> ConsistencyRuns:
+    return run_case(pen, sensors, case_named(case), estimator, seeds)
+
+
+def _row(case: str, estimator: str, runs: ConsistencyRuns) -> list[str]:
+    chosen, mean = case_named(case), runs.nees.mean()
+    verdict = "consistent" if abs(runs.deviation) <= LIMIT else "not consistent"
+    return [
+        chosen.label,
+        estimator,
+        f"{mean:.4g} (median {np.median(runs.nees):.4g})",
+        f"{runs.n_x}",
+        f"{runs.deviation:+.1f} ({verdict})",
+        f"{np.mean(runs.nis_per_row):.3f}",
+    ]
