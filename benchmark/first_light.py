@@ -1,8 +1,8 @@
-"""The benchmark for now: one simulated stroke, every configuration, every estimator."""
+"""The benchmark for now: one simulated motion, every configuration, every estimator."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from benchmark.simulate import simulate_recording
 from estimation.estimate import EstimateHistory
 from estimation.estimator import run
 from estimation.observability import Verdict
-from estimation.recording import Recording
+from estimation.recording import Recording, Truth
 from models.pen import PenConfig, pen_model
 from models.state_space import StateSpaceModel
 
@@ -24,44 +24,55 @@ SKIPPED_FRACTION = 0.1
 """Part of the run that is left out of the errors: both estimators still settle."""
 
 
+@dataclass(frozen=True)
+class CellKey:
+    """Which configuration, by which estimator, with which noise.
+
+    Parameters
+    ----------
+    configuration : a key of `benchmark.registry.CONFIGURATIONS`
+    estimator : a key of `benchmark.registry.ESTIMATORS`
+    seed : of the simulated recording
+    """
+
+    configuration: str
+    estimator: str
+    seed: int
+
+
 @dataclass(frozen=True, eq=False)
 class Cell:
     """One configuration run by one estimator."""
 
-    configuration: str
-    estimator: str
-    model: StateSpaceModel
+    key: CellKey
+    truth: Truth
     history: EstimateHistory
     row: dict[str, object]
 
 
-def run_cells(
-    pen: PenConfig,
-    stroke_name: str = "turn",
-    duration_s: float = 3.0,
-    seed: int = 0,
-    on_cell: Callable[[Cell], None] | None = None,
-) -> tuple[Recording, list[Cell]]:
-    """Run every configuration with every estimator on one and the same recording.
+def cell_keys(seeds: Iterable[int]) -> list[CellKey]:
+    """Return every cell of the benchmark, the slow estimators first."""
+    return [
+        CellKey(configuration, estimator, seed)
+        for estimator in reversed(list(ESTIMATORS))
+        for configuration in CONFIGURATIONS
+        for seed in seeds
+    ]
 
-    Parameters
-    ----------
-    on_cell : called with every finished cell
+
+def run_cell(pen: PenConfig, key: CellKey, motion: str, duration_s: float) -> Cell:
+    """Simulate a cell's recording and estimate it.
+
+    One seed gives every configuration the same motion, and each sensor the same noise.
     """
-    everything = sorted({name for c in CONFIGURATIONS.values() for name in c.sensors})
-    recording = simulate_recording(pen, everything, stroke_name, duration_s, seed)
-    cells: list[Cell] = []
-    for key, configuration in CONFIGURATIONS.items():
-        model = pen_model(pen, configuration.sensors)
-        selected = recording.select([sensor.name for sensor in model.measured_sensors])
-        verdict = judge(model, selected)
-        for estimator in ESTIMATORS:
-            history = run(create_estimator(estimator, model), selected)
-            row = table_row(configuration.label, estimator, model, selected, history, verdict)
-            cells.append(Cell(key, estimator, model, history, row))
-            if on_cell:
-                on_cell(cells[-1])
-    return recording, cells
+    configuration = CONFIGURATIONS[key.configuration]
+    recording = simulate_recording(pen, configuration.sensors, motion, duration_s, key.seed)
+    model = pen_model(pen, configuration.sensors)
+    history = run(create_estimator(key.estimator, model), recording)
+    verdict = judge(model, recording)
+    row = table_row(configuration.label, key.estimator, model, recording, history, verdict)
+    assert recording.truth is not None
+    return Cell(key, recording.truth, history, row)
 
 
 def table_row(
@@ -85,6 +96,27 @@ def table_row(
     return row
 
 
-def as_table(cells: list[Cell]) -> pd.DataFrame:
-    """Return the rows of all cells as a table."""
-    return pd.DataFrame([cell.row for cell in cells])
+def as_table(cells: Sequence[Cell]) -> pd.DataFrame:
+    """Return one row per configuration and estimator: medians over the seeds.
+
+    A quantity that one seed cannot see counts as not observable.
+    """
+    rows = pd.DataFrame([cell.row for cell in cells])
+    keys = ["sensors", "estimator"]
+    table = rows.groupby(keys, sort=False).agg(_median).reset_index()
+    order = {
+        (configuration.label, estimator): place
+        for place, (configuration, estimator) in enumerate(
+            (configuration, estimator)
+            for configuration in CONFIGURATIONS.values()
+            for estimator in ESTIMATORS
+        )
+    }
+    place = table[keys].apply(tuple, axis=1).map(order)
+    return table.loc[place.argsort()].reset_index(drop=True)
+
+
+def _median(values: pd.Series) -> object:
+    if (values == NOT_OBSERVABLE).any():
+        return NOT_OBSERVABLE
+    return float(np.median(values.to_numpy(dtype=float)))

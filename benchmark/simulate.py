@@ -40,7 +40,7 @@ def simulate_recording(
     duration_s: float = 3.0,
     seed: int = 0,
     speed: float = 1.0,
-    stamps: Stamps = "capture",
+    stamps: Stamps | str = "capture",
 ) -> Recording:
     """Simulate a pen's sensors along a motion.
 
@@ -50,7 +50,7 @@ def simulate_recording(
     Parameters
     ----------
     pen : the pen
-    sensors : names of its sensors; None takes all
+    sensors : names of its sensors; None takes all that have a rate
     motion : a name of `motion_names`, or a configuration of one's own
     duration_s : s
     seed : of motion, biases, noise and losses; the same seed gives the same recording
@@ -65,6 +65,8 @@ def simulate_recording(
     """
     if isinstance(motion, str) and motion not in motion_names():
         raise InputError(f"motion {motion} is unknown, expected one of {', '.join(motion_names())}")
+    if sensors is None:
+        sensors = [name for name, sensor in pen.sensors.items() if sensor.rate_hz is not None]
     model = pen_model(pen, sensors)
     if motion == DRAWN:
         if speed != 1:
@@ -80,7 +82,7 @@ def simulate_recording(
 
 
 def simulate_model(
-    model: StateSpaceModel, duration_s: float, seed: int = 0, stamps: Stamps = "capture"
+    model: StateSpaceModel, duration_s: float, seed: int = 0, stamps: Stamps | str = "capture"
 ) -> Recording:
     """Simulate any model's sensors along a truth drawn from its own prior and process noise.
 
@@ -99,7 +101,7 @@ def _record(
     truth: Callable[[Array, Mapping[str, Array], np.random.SeedSequence], Array],
     duration_s: float,
     seed: int,
-    stamps: Stamps,
+    stamps: Stamps | str,
 ) -> Recording:
     if stamps not in get_args(Stamps):
         raise InputError(f"stamps is {stamps}, expected one of {', '.join(get_args(Stamps))}")

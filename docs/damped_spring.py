@@ -21,9 +21,7 @@ def transition(x, w, dt):
     """One Runge-Kutta step under a disturbance that is constant during the step."""
 
     def rate(x):
-        return ca.vertcat(
-            x[1], (-STIFFNESS * x[0] - DAMPING * x[1]) / MASS + DISTURBANCE * w[0]
-        )
+        return ca.vertcat(x[1], (-STIFFNESS * x[0] - DAMPING * x[1]) / MASS + DISTURBANCE * w[0])
 
     k1 = rate(x)
     k2 = rate(x + dt / 2 * k1)

@@ -67,7 +67,8 @@ def nees(model: StateSpaceModel, history: EstimateHistory, states: Array) -> Arr
 
     Returns
     -------
-    (n,), NaN where a true state is not known.
+    (n,), NaN where a true state is not known, inf where the covariance is not positive
+    definite, as a diverged filter's may be.
 
     Raises
     ------
@@ -90,7 +91,7 @@ def nees(model: StateSpaceModel, history: EstimateHistory, states: Array) -> Arr
 def nis(history: EstimateHistory) -> tuple[Array, Array]:
     """Return the normalised innovation squared (n,) and its degrees of freedom (n,).
 
-    Instants without a reading have NaN and 0.
+    Instants without a reading have NaN and 0; inf as for `nees`.
     """
     present = ~np.isnan(history.innovation)
     squared = [
@@ -133,9 +134,18 @@ def consistency(squared: Array, freedom: Array | int) -> Consistency:
 
 
 def _squared_distance(error: Array, covariance: Array) -> float:
-    """Return eᵀ P⁻¹ e, scaled first: variances of a pen differ by ten orders of magnitude."""
+    """Return eᵀ P⁻¹ e, scaled first: variances of a pen differ by ten orders of magnitude.
+
+    A covariance that is not positive definite claims more than certainty: inf.
+    """
     if np.isnan(error).any():
         return float("nan")
-    std = np.sqrt(np.diag(covariance))
-    L = np.linalg.cholesky(covariance / np.outer(std, std))
+    variance = np.diag(covariance)
+    if not (variance > 0).all():
+        return float("inf")
+    std = np.sqrt(variance)
+    try:
+        L = np.linalg.cholesky(covariance / np.outer(std, std))
+    except np.linalg.LinAlgError:
+        return float("inf")
     return float((solve_triangular(L, error / std, lower=True) ** 2).sum())

@@ -58,6 +58,7 @@ class SymbolicReading:
     constant_reading: Array | None = None
     reading_limit: float | None = None
     resolution: float = 0.0
+    touched_height: float | None = None
     row_units: tuple[str, ...] | None = None
 
 
@@ -168,7 +169,8 @@ def _pose_camera(sensor: PoseCamera, body: MovingBody, bias: ca.SX) -> SymbolicR
 
 
 def _contact(sensor: Contact, body: MovingBody, bias: ca.SX) -> SymbolicReading:
-    return SymbolicReading(body.rigid.tip[2], np.array([sensor.std_m]))
+    noise_std = np.array([sensor.std_m])
+    return SymbolicReading(body.rigid.tip[2], noise_std, touched_height=sensor.height_m)
 
 
 def _writing_area(sensor: WritingArea, body: MovingBody, bias: ca.SX) -> SymbolicReading:
@@ -219,6 +221,7 @@ def sensor_model(name: str, sensor: Any, body: MovingBody, x: ca.SX, bias: ca.SX
         constant_reading=reading.constant_reading,
         reading_limit=reading.reading_limit,
         resolution=reading.resolution,
+        touched_height=reading.touched_height,
         dropout_fraction=sensor.dropout_fraction,
         bias_states=biases.names,
         bias_walk=biases.walk,

@@ -62,10 +62,13 @@ def check_model(model: StateSpaceModel) -> None:
             )
     asymmetry = np.abs(covariance - covariance.T)
     if (asymmetry > 1e-9 * np.abs(covariance).max()).any():
-        raise InputError(f"model {model.name}: the prior covariance is not symmetric")
+        raise InputError(
+            f"model {model.name}: the prior covariance is not symmetric, expected P = Pᵀ"
+        )
     try:
         np.linalg.cholesky(covariance)
     except np.linalg.LinAlgError:
         raise InputError(
-            f"model {model.name}: the prior covariance is not positive definite"
+            f"model {model.name}: the prior covariance is not positive definite, "
+            "expected positive variances and correlations between -1 and 1"
         ) from None

@@ -8,6 +8,7 @@ from models.arrays import Array
 from models.sensor_model import SensorModel
 
 NEWTON_STEPS = 5
+TOUCHING_STDS = 2.0
 ROUNDING = 1e-12
 """Noise is met to this part of its largest component."""
 
@@ -37,6 +38,16 @@ def noisy_readings(sensor: SensorModel, states: Array, noise: Array) -> Array:
         jacobians = jacobians.reshape(sensor.n_r, len(states), sensor.n_y).swapaxes(0, 1)
         y = y + np.einsum("nij,jn->in", np.linalg.pinv(jacobians), missing)
     return np.asarray(y.T)
+
+
+def touching(sensor: SensorModel, states: Array) -> Array:
+    """Return the readings (n, 1) of a contact: its height while the tip touches, else NaN.
+
+    The tip touches where it is within `TOUCHING_STDS` deviations of the height.
+    """
+    away = sensor.h(states.T).full().T - sensor.touched_height
+    touches = np.abs(away) <= TOUCHING_STDS * sensor.noise_std
+    return np.where(touches, float(sensor.touched_height or 0.0), np.nan)
 
 
 def digitised(sensor: SensorModel, values: Array) -> Array:

@@ -39,6 +39,8 @@ class SensorModel:
     constant_reading : (n_y,) for a sensor without readings of its own, else None
     reading_limit : the range: no reading lies beyond ± this, in the reading's unit
     resolution : step of the quantiser, in the reading's unit; 0 has none
+    touched_height : of a sensor that reads this height while the tip touches it, and
+        nothing in the air; None for others
     dropout_fraction : see `models.sensors.SensorBase`
     bias_states : names of the model's states that are this sensor's biases
     bias_walk : density of their random walk, the reading's unit per √s
@@ -57,6 +59,7 @@ class SensorModel:
     constant_reading: Array | None = None
     reading_limit: float | None = None
     resolution: float = 0.0
+    touched_height: float | None = None
     dropout_fraction: float = 0.0
     bias_states: tuple[str, ...] = ()
     bias_walk: float = 0.0

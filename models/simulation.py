@@ -17,7 +17,7 @@ import numpy as np
 from models.arrays import Array
 from models.errors import InputError
 from models.motions import Motion
-from models.noisy_readings import digitised, noisy_readings
+from models.noisy_readings import digitised, noisy_readings, touching
 from models.pen import kinematic_states
 from models.random_streams import Seed, seed_sequence, stream
 from models.sensor_model import SensorModel
@@ -212,8 +212,11 @@ def simulate_readings(
     for name, instants in times.items():
         sensor = model.sensor(name)
         rows = np.searchsorted(time_s, instants)
-        w = stream(root, f"noise of {name}").standard_normal((len(rows), sensor.n_r))
-        values = digitised(sensor, noisy_readings(sensor, states[rows], sensor.drawn_std * w))
+        if sensor.touched_height is not None:
+            values = touching(sensor, states[rows])
+        else:
+            w = stream(root, f"noise of {name}").standard_normal((len(rows), sensor.n_r))
+            values = digitised(sensor, noisy_readings(sensor, states[rows], sensor.drawn_std * w))
         lost = stream(root, f"losses of {name}").random(len(rows)) < sensor.dropout_fraction
         values[lost] = np.nan
         sensors[name] = (instants, values)

@@ -32,7 +32,7 @@ from typing import Annotated, Any
 
 import casadi as ca
 import numpy as np
-from pydantic import Field, PositiveFloat
+from pydantic import Field, PositiveFloat, field_validator
 
 from models.arrays import Array
 from models.config import UnitConfig
@@ -48,7 +48,7 @@ from models.sensors import Sensor
 from models.state_space import StateSpaceModel
 
 TILTS = ("tilt_phi", "tilt_theta")
-"""The degrees of freedom q, and the axes of a `TurntableConfig`."""
+"""The degrees of freedom q; also the axes of a `TurntableConfig`."""
 
 
 class AxisPrior(UnitConfig):
@@ -76,6 +76,13 @@ class TurntableAxis(UnitConfig):
     rate_rad_s: PositiveFloat
     rate_tolerance_rad_s: PositiveFloat
     prior: AxisPrior
+
+    @field_validator("range_rad")
+    @classmethod
+    def _ascends(cls, value: tuple[float, float]) -> tuple[float, float]:
+        if not value[0] < value[1]:
+            raise ValueError("expected the lower end of the range first")
+        return value
 
 
 class TurntableConfig(UnitConfig):

@@ -3,34 +3,50 @@
 from __future__ import annotations
 
 import platform
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from importlib.metadata import version
+from multiprocessing import get_context
 from pathlib import Path
 
-from benchmark.first_light import as_table, run_cells
-from benchmark.registry import CONFIGURATIONS, ESTIMATORS, find_pen
+from benchmark.first_light import Cell, CellKey, as_table, cell_keys, run_cell
+from benchmark.registry import find_pen
 from pen_mhe.console import console, print_table, progress
 from pen_mhe.figures import benchmark_figure, save
 
-STROKE, DURATION_S = "turn", 3.0
+MOTION, DURATION_S = "turn", 3.0
 
 
-def run_benchmark(output: Path, seed: int) -> None:
-    """Run every cell, print the table, write ``table.csv`` and ``stroke.png``."""
+def run_benchmark(output: Path, seeds: int, jobs: int) -> None:
+    """Run every cell, print the table, write ``table.csv`` and, of seed 0, ``stroke.png``."""
     output.mkdir(parents=True, exist_ok=True)
-    with progress("benchmark") as start:
-        advance = start(len(CONFIGURATIONS) * len(ESTIMATORS))
-        recording, cells = run_cells(find_pen("reference"), STROKE, DURATION_S, seed, advance)
+    keys, found = cell_keys(range(seeds)), {}
+    with (
+        progress("benchmark") as start,
+        ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
+    ):
+        advance = start(len(keys))
+        futures = {pool.submit(_run, key): key for key in keys}
+        for future in as_completed(futures):
+            found[futures[future]] = future.result()
+            advance(future)
+    cells = [found[key] for key in keys]
     table = as_table(cells)
     table.to_csv(output / "table.csv", index=False)
-    save(benchmark_figure(recording, cells), output / "stroke.png")
+    save(benchmark_figure([cell for cell in cells if cell.key.seed == 0]), output / "stroke.png")
     rows = [[_text(value) for value in row] for row in table.itertuples(index=False)]
-    title = f"RMS errors on the simulated stroke '{STROKE}', {DURATION_S:g} s, seed {seed}"
+    title = (
+        f"RMS errors on the simulated motion '{MOTION}', {DURATION_S:g} s, median of {seeds} seeds"
+    )
     print_table(title, [column.replace("_", " ") for column in table.columns], rows)
     console.print(
         f"\nPython {platform.python_version()}, casadi {version('casadi')}, "
         f"numpy {version('numpy')}, "
-        f"pen-mhe {version('pen-mhe')}; table and figure in {output}"
+        f"pen-mhe {version('pen-mhe')}; table and figure (seed 0) in {output}"
     )
+
+
+def _run(key: CellKey) -> Cell:
+    return run_cell(find_pen("reference"), key, MOTION, DURATION_S)
 
 
 def _text(value: object) -> str:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import warnings
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, get_args
 
 import numpy as np
 import typer
 
 from benchmark.registry import ESTIMATORS, EstimatorSettings, find_pen
-from benchmark.simulate import motion_names, simulate_recording
+from benchmark.simulate import Stamps, motion_names, simulate_recording
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import MheConfig
 from models.errors import InputError
@@ -33,6 +33,9 @@ ArrivalCostName = StrEnum(  # type: ignore[misc]
     "ArrivalCostName", {name: name for name in ARRIVAL_COSTS}
 )
 MotionName = StrEnum("MotionName", {name: name for name in motion_names()})  # type: ignore[misc]
+
+StampsName = StrEnum("StampsName", {name: name for name in get_args(Stamps)})  # type: ignore[misc]
+CAPTURE = StampsName("capture")
 
 MHE = MheConfig()
 EKF, FILTERED, TURN = EstimatorName("ekf"), ArrivalCostName("filtered"), MotionName("turn")
@@ -152,14 +155,18 @@ def simulate(
     output: Annotated[Path, typer.Option(help="Recording to write, .parquet or .csv.")],
     pen: PenOption = "reference",
     sensors: SensorsOption = None,
-    stroke: Annotated[MotionName, typer.Option()] = TURN,
+    motion: Annotated[MotionName, typer.Option()] = TURN,
     duration: Annotated[float, typer.Option(help="s")] = 3.0,
     seed: Annotated[int, typer.Option(help="Of the noise.", min=0)] = 0,
+    speed: Annotated[float, typer.Option(help="Play the motion this many times faster.")] = 1.0,
+    stamps: Annotated[StampsName, typer.Option(help="Which instant a reading is given.")] = CAPTURE,
 ) -> None:
     """Write a simulated recording, with its truth in columns true_…"""
     with one_sentence():
         config = find_pen(pen)
-        recording = simulate_recording(config, names(sensors), stroke.value, duration, seed)
+        recording = simulate_recording(
+            config, names(sensors), motion.value, duration, seed, speed, stamps.value
+        )
         write_table(recording_to_table(recording, config), output)
         console.print(f"{len(recording.time_s)} instants, written to {output}")
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from benchmark.consistency_runs import ConsistencyRuns, case_named, joined, run_case
 from benchmark.registry import check_estimator, find_pen
-from models.errors import InputError
 from models.pen import PenConfig, pen_model
 from pen_mhe.console import console, print_table, progress
 
@@ -35,8 +34,6 @@ def run_consistency(
         check_estimator(estimator)
     for case in cases:
         case_named(case)
-    if not cases or not estimators:
-        raise InputError("cases or estimators is empty, expected at least one name of each")
     tasks = [
         (config, sensors, case, estimator, tuple(range(first, min(first + RUNS_PER_TASK, runs))))
         for case in cases

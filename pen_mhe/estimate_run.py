@@ -86,6 +86,11 @@ def estimate_recording(
     recording = loaded.recording
     model = pen_model(pen, sensors or default_sensors(pen, recording), writing_area)
     measured = [sensor.name for sensor in model.measured_sensors]
+    if not measured:
+        raise InputError(
+            f"sensors {', '.join(s.name for s in model.sensors)} have no readings of their own, "
+            "expected at least one that has"
+        )
     recorded = recording.select(measured)
     if duration_s is not None:
         if not duration_s > 0:

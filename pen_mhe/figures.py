@@ -15,8 +15,9 @@ from matplotlib.figure import Figure
 
 from benchmark.first_light import NOT_OBSERVABLE, Cell
 from benchmark.ink import InkMatch
+from benchmark.registry import CONFIGURATIONS, ESTIMATORS
 from estimation.estimate import EstimateHistory
-from estimation.recording import Recording, Truth
+from estimation.recording import Truth
 
 FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
 ANGLES = (("azimuth_rad", "azimuth"), ("elevation_rad", "elevation"), ("spin_rad", "spin"))
@@ -91,16 +92,18 @@ def _draw_angle(axes: Axes, history: EstimateHistory, state: str, truth: Truth |
     axes.set_ylim(settled.min() - margin, settled.max() + margin)
 
 
-def benchmark_figure(recording: Recording, cells: list[Cell]) -> Figure:
+def benchmark_figure(cells: list[Cell]) -> Figure:
     """Draw true and estimated elevation and tip for every configuration, both estimators.
 
-    What a configuration cannot see is said, not drawn.
+    All cells are of one seed, so of one motion. What a configuration cannot see is said,
+    not drawn.
     """
-    truth = recording.truth
-    assert truth is not None
+    truth = cells[0].truth
     by_label: dict[str, list[Cell]] = {}
-    for cell in cells:
-        by_label.setdefault(str(cell.row["sensors"]), []).append(cell)
+    for configuration in CONFIGURATIONS:
+        of_it = [cell for cell in cells if cell.key.configuration == configuration]
+        of_it.sort(key=lambda cell: list(ESTIMATORS).index(cell.key.estimator))
+        by_label[CONFIGURATIONS[configuration].label] = of_it
     figure, axes = plt.subplots(
         2, len(by_label), figsize=(3.2 * len(by_label), 6), layout="constrained", sharey="row"
     )
@@ -127,6 +130,6 @@ def _draw_if_observable(angle: Axes, path: Axes, cell: Cell) -> None:
         (path, "tip_mm", tip_mm),
     ):
         if cell.row[column] != NOT_OBSERVABLE:
-            axes.plot(*curve, label=cell.estimator)
+            axes.plot(*curve, label=cell.key.estimator)
         elif not axes.texts:
             axes.text(0.5, 0.9, NOT_OBSERVABLE, transform=axes.transAxes, ha="center")

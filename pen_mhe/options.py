@@ -24,10 +24,19 @@ JobsOption = Annotated[int, typer.Option(help="Processes.", min=1)]
 
 
 def names(text: str | None) -> tuple[str, ...] | None:
-    """Split ``accel,gyro``; None stays None."""
+    """Split ``accel,gyro``; None stays None.
+
+    Raises
+    ------
+    InputError
+        If there is no name between the commas.
+    """
     if text is None:
         return None
-    return tuple(name.strip() for name in text.split(",") if name.strip())
+    found = tuple(name.strip() for name in text.split(",") if name.strip())
+    if not found:
+        raise InputError(f"list {text!r} has no name in it, expected e.g. accel,gyro")
+    return found
 
 
 def rate_hz(text: str) -> float:

@@ -10,7 +10,6 @@ import typer
 
 from benchmark.consistency_runs import CASES
 from mhe.config import MheConfig
-from models.errors import InputError
 from pen_mhe import benchmark_run, consistency_run, dpoint_table, observe_run, printed_cost_run
 from pen_mhe.console import one_sentence
 from pen_mhe.options import (
@@ -27,11 +26,12 @@ HORIZON = MheConfig().horizon
 
 def benchmark(
     output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path("results"),
-    seed: Annotated[int, typer.Option(help="Of the noise.", min=0)] = 0,
+    seeds: Annotated[int, typer.Option(help="Number of simulated recordings.", min=1)] = 5,
+    jobs: JobsOption = 2,
 ) -> None:
     """Simulate a stroke and estimate it with every configuration and estimator."""
     with one_sentence():
-        benchmark_run.run_benchmark(output, seed)
+        benchmark_run.run_benchmark(output, seeds, jobs)
 
 
 def observe(
@@ -84,15 +84,12 @@ def dpoint(
 ) -> None:
     """Mean ink distance over camera rates and all phases, zero delay."""
     with one_sentence():
-        chosen = names(estimators)
-        if not chosen:
-            raise InputError("estimators is empty, expected at least one name")
         dpoint_table.run_table(
             recording,
             output,
             pen,
             [rate_hz(rate) for rate in rates.split(",")],
-            chosen,
+            names(estimators) or (),
             horizon,
             duration,
             jobs,

@@ -74,6 +74,7 @@ def test_wrong_sensors(sensors: list[str], message: str) -> None:
     [
         ('preset = "ADXL202"', 'preset = "ADXL999"', "sensors.accel.preset: unknown preset"),
         ("rate_deg_s = 5.1\nrate_tol", "rate_deg_s = -5.1\nrate_tol", "tilt_phi.rate_rad_s"),
+        ("[-10.0, 60.0]", "[60.0, -10.0]", "tilt_theta.range_rad: expected the lower end"),
         ("[tilt_theta]", "[tilt_psi]", "unknown key tilt_psi"),
         ("[sensors.accel]", "[sensors.accel", "expected TOML"),
     ],

@@ -61,11 +61,13 @@ def test_no_factor_without_evidence() -> None:
     assert turn_factor(t[::40], up[::40], t[::40], rate[::40]) is None
 
 
-def test_a_push_that_keeps_the_norm_does_not_count_for_much() -> None:
-    """Two of ten seconds with a sideways push that gravity's norm hardly shows."""
-    for seed in range(3):
-        t, rate, up = swinging(seed)
-        sideways = np.cross(up, [1.0, 0.0, 0.0])
-        push = 0.4 * np.sin(2 * np.pi * 0.8 * t) * ((t > 4) & (t < 6))
-        k = turn_factor(t, up + push[:, None] * sideways, t, rate)
-        assert k == pytest.approx(1.0, rel=0.05)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_push_for_a_while_counts_for_little(seed: int) -> None:
+    """Three of twenty seconds, sideways, so that the norm of the force hardly shows it.
+
+    Least squares would be off by up to 6 %.
+    """
+    t, rate, up = swinging(seed, 20.0, swing_rad=0.1)
+    push = 0.4 * np.sin(2 * np.pi * 0.8 * t) * ((t > 4) & (t < 7))
+    pushed = up + push[:, None] * np.cross(up, [1.0, 0.0, 0.0])
+    assert turn_factor(t, pushed, t, rate) == pytest.approx(1.0, rel=0.005)
