@@ -6,7 +6,8 @@
 if the estimator is consistent. A mean above its region says that the estimator is
 too sure of itself, below it that it is too careful. The same functions serve every
 estimator: an MHE's covariance and innovation come from the pass of the Kalman
-stage over its window.
+stage over its window. (On a nonlinear model that pass is linearised at a trajectory that
+knows the newest reading, so an MHE's NIS is exact on linear models only.)
 
 References
 ----------

@@ -9,16 +9,20 @@ with D the prior's standard deviations: in a direction with singular value s the
 readings, at their noise, say s times as much as was known before (in standard
 deviations). Where s is zero, up to rounding, no reading shows a change: the
 direction is unobservable. Unobservable directions are returned in the model's
-own states, as few states as possible in each (a pivoted echelon form), so that
-they can be read: "azimuth alone", "azimuth with tip acceleration".
+own states, each with a leading state that no other has (a pivoted echelon form), so
+that they can be read: "azimuth alone", "azimuth with tip acceleration".
 
-Symmetries of a model (a heading, a tilt that looks like an acceleration) show only
-along a motion that obeys it exactly; along any other the linearised readings seem
-to tell apart what they cannot. A `Verdict` therefore takes the Gramian along short
+Symmetries of a model (`estimation.symmetry`: a pen's heading) show only along a
+motion that obeys it exactly; along any other the linearised readings seem to tell
+apart what they cannot. A `Verdict` therefore takes the Gramian along short
 motions that start in true states and run freely, `free_motion`, and asks
 `estimation.information_bound` what process noise leaves of weak directions. A state
 counts as observable when neither leaves `OBSERVABLE_FRACTION` of the prior's
 standard deviation.
+
+A verdict is the model's. The pen's white jerk drives its angles, not its rotation in
+space, so in fast motion a gyroscope alone seems to show tilt; where the jerk is set too
+low for the motion, that is wrong. At rest the verdict has no such doubt.
 
 References
 ----------

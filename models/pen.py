@@ -226,7 +226,9 @@ def _writing_area(config: PenConfig) -> dict[str, Any]:
     for name, sensor in config.sensors.items():
         if isinstance(sensor, WritingArea):
             return {name: sensor}
-    name = "area" if "area" not in config.sensors else "writing_area"
+    name = "area"
+    while name in config.sensors:
+        name = f"writing_{name}"
     return {name: WritingArea(centre_m=config.prior.tip_m)}
 
 

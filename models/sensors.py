@@ -95,13 +95,23 @@ class InertialSensor(MountedSensor):
     @model_validator(mode="after")
     def _walk_has_a_start(self) -> Self:
         """Refuse a walk that nothing would walk: a bias of std 0 is no state."""
-        std, walk = (
-            next(field for field in type(self).model_fields if field.startswith(stem))
-            for stem in ("bias_std_", "bias_walk_")
-        )
+        std, walk = self._field("bias_std_"), self._field("bias_walk_")
         if getattr(self, walk) > 0 and getattr(self, std) == 0:
             raise ValueError(f"{walk} is given without {std}, expected a positive {std}")
         return self
+
+    @model_validator(mode="after")
+    def _range_has_steps(self) -> Self:
+        """Refuse a quantiser of which every code is a limit of the range."""
+        limit, step = self._field("range_"), self._field("resolution_")
+        if getattr(self, limit) is not None and getattr(self, step) >= getattr(self, limit):
+            raise ValueError(f"{step} is not below {limit}, expected a step within the range")
+        return self
+
+    @classmethod
+    def _field(cls, stem: str) -> str:
+        """Return the concrete sensor's field that begins with a stem, whatever its unit."""
+        return next(field for field in cls.model_fields if field.startswith(stem))
 
 
 class Accelerometer(InertialSensor):

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from scipy.integrate import quad
 
 from models.pen import pen_model
@@ -119,3 +120,13 @@ def test_a_bias_walk_needs_a_bias(kind: Any, keys: dict[str, float], unit: str) 
         kind(**keys, **{walk: 0.01})
     assert getattr(kind(**keys, **{walk: 0.01, std: 0.3}), walk) == 0.01
     assert getattr(kind(**keys, **{walk: 0.0}), std) == 0.0
+
+
+def test_a_step_as_wide_as_the_range_is_refused() -> None:
+    with pytest.raises(ValidationError, match="resolution_m_s2 is not below range_m_s2"):
+        Accelerometer(
+            noise_density_m_s2_per_sqrt_hz=0.01,
+            bandwidth_hz=50.0,
+            range_m_s2=20.0,
+            resolution_m_s2=20.0,
+        )
