@@ -16,7 +16,7 @@ from types import MappingProxyType
 import numpy as np
 
 from benchmark.registry import EstimatorSettings, create_estimator
-from benchmark.simulate import simulate_model, simulate_recording
+from benchmark.simulate import DRAWN, simulate_model, simulate_recording
 from estimation.consistency import nees, nis
 from estimation.estimator import run
 from models.arrays import Array
@@ -57,15 +57,15 @@ SETTLED = {
 
 CASES: Mapping[str, ConsistencyCase] = MappingProxyType(
     {
-        "settled": ConsistencyCase("drawn from the model, start known to 1°", "model", SETTLED),
+        "settled": ConsistencyCase("drawn from the model, start known to 1°", DRAWN, SETTLED),
         "moving": ConsistencyCase(
             "drawn from the model, start known to 3°, already moving",
-            "model",
+            DRAWN,
             {**_angles(3.0), "elevation_rad": 0.9},
         ),
         "picked-up": ConsistencyCase(
             "drawn from the model, start known to 20°, already moving",
-            "model",
+            DRAWN,
             {**_angles(20.0), "elevation_rad": 0.9},
         ),
         "handwriting": ConsistencyCase("smooth handwriting", "handwriting", {}, 3.0),
@@ -112,7 +112,7 @@ def case_pen(pen: PenConfig, case: ConsistencyCase) -> PenConfig:
     """Return the pen of a case: its prior, and its process noise where that is drawn from."""
     prior = Prior.model_validate({**pen.prior.model_dump(), **case.prior})
     noise = pen.process_noise
-    if case.motion == "model":
+    if case.motion == DRAWN:
         tip = noise.tip_jerk_density_m_s3_per_sqrt_hz
         noise = ProcessNoise(
             tip_jerk_density_m_s3_per_sqrt_hz=tip, angle_jerk_density_rad_s3_per_sqrt_hz=ANGLE_JERK
@@ -141,7 +141,7 @@ def run_case(
     built = create_estimator(estimator, model, settings)
     mean_nees, nis_per_row = [], []
     for seed in seeds:
-        if case.motion == "model":
+        if case.motion == DRAWN:
             recording = simulate_model(model, case.duration_s, seed)
         else:
             recording = simulate_recording(pen, sensors, case.motion, case.duration_s, seed)

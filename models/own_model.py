@@ -12,12 +12,16 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.manifold import additive_manifold, always_regular, no_inequality
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 from models.units import UNITS, split_unit
+
+EMPTY_STEP_TOLERANCE = 1e-12
+"""Rounding that a step of Δt = 0 may leave, of a state and its standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -53,22 +57,29 @@ def own_model(
     states : name that ends in its unit (``position_m``) → mean and standard deviation
         of what is known before the first measurement
     transition : (x (n_x,), w (n_noises,), Δt) → next x, with w ~ N(0, I); scale the
-        noise inside it
+        noise inside it, so that a step of Δt = 0 changes nothing (white noise: by √Δt)
     n_noises : number of independent unit noises
     sensors : by name
 
     Raises
     ------
     InputError
-        If a state's name ends in no known unit, or shapes do not fit together.
+        If a state's name ends in no known unit, shapes do not fit together, or a step
+        of Δt = 0 changes the state.
     """
     n_x = len(states)
-    x, w, dt = ca.SX.sym("x", n_x), ca.SX.sym("w", n_noises), ca.SX.sym("dt")
+    for state, known in states.items():
+        if np.shape(known) != (2,) or not known[1] > 0:
+            raise InputError(
+                f"model {name}: state {state} starts from {known}, "
+                "expected (mean, positive standard deviation)"
+            )
     mean, std = np.array(list(states.values()), dtype=float).reshape(n_x, 2).T
+    x, w, dt = ca.SX.sym("x", n_x), ca.SX.sym("w", n_noises), ca.SX.sym("dt")
+    x_next = _column(transition(x, w, dt), n_x, f"model {name}: transition", "state")
+    f = ca.Function("f", [x, w, dt], [x_next], ["x", "w", "dt"], ["x_next"])
+    _check_empty_step(name, tuple(states), f, mean, std)
     retract, difference = additive_manifold([False] * n_x)
-    f = ca.Function(
-        "f", [x, w, dt], [ca.densify(transition(x, w, dt))], ["x", "w", "dt"], ["x_next"]
-    )
     return StateSpaceModel(
         name=name,
         state_names=tuple(states),
@@ -94,14 +105,33 @@ def _unit(model: str, state: str) -> str:
     return unit
 
 
-def _sensor(name: str, sensor: OwnSensor, x: ca.SX) -> SensorModel:
-    h = ca.densify(sensor.reads(x))
-    y = ca.SX.sym("y", len(sensor.axes))
-    if h.numel() != y.numel():
+def _column(expressions: ca.SX, n: int, what: str, per: str) -> ca.SX:
+    """Return expressions as a dense column; CasADi would stretch or turn another shape."""
+    column = ca.densify(ca.SX(expressions))
+    if column.shape != (n, 1):
+        raise InputError(f"{what} has shape {column.shape}, expected ({n}, 1): one row per {per}")
+    return column
+
+
+def _check_empty_step(
+    name: str, states: tuple[str, ...], f: ca.Function, mean: Array, std: Array
+) -> None:
+    """Refuse a transition that needs no time: estimators take steps of Δt = 0."""
+    x = mean + std
+    moved = f(x, np.ones(f.numel_in(1)), 0.0).full().ravel() - x
+    rest = np.abs(moved) <= EMPTY_STEP_TOLERANCE * (np.abs(x) + std)
+    if not rest.all():
+        state = states[int(np.argmin(rest))]
         raise InputError(
-            f"sensor {name} reads {h.numel()} components, expected {y.numel()}: "
-            f"one per axis ({', '.join(sensor.axes)})"
+            f"model {name}: a step of Δt = 0 changes {state}, expected that it changes nothing: "
+            "scale noise by a power of Δt (white noise by √Δt)"
         )
+
+
+def _sensor(name: str, sensor: OwnSensor, x: ca.SX) -> SensorModel:
+    axes = f"axis ({', '.join(sensor.axes)})"
+    h = _column(sensor.reads(x), len(sensor.axes), f"sensor {name}: its reading", axes)
+    y = ca.SX.sym("y", len(sensor.axes))
     units = tuple(sensor.axes.values())
     return SensorModel(
         name=name,

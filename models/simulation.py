@@ -93,7 +93,8 @@ def drawn_states(model: StateSpaceModel, time_s: Array, rng: np.random.Generator
     """
     of_start, of_steps = rng.spawn(2)
     xi = np.array([g.standard_normal() for g in of_start.spawn(model.n_x)])
-    w = np.array([g.standard_normal(len(time_s) - 1) for g in of_steps.spawn(model.n_w)])
+    n_w, n_steps = model.n_w, len(time_s) - 1
+    w = np.array([g.standard_normal(n_steps) for g in of_steps.spawn(n_w)]).reshape(n_w, n_steps)
     L = np.linalg.cholesky(model.prior.covariance)
     states = np.zeros((len(time_s), model.n_x))
     states[0] = model.retract(model.prior.mean, L @ xi).full().ravel()
