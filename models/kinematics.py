@@ -66,7 +66,7 @@ class RigidBody:
     def specific_force(self, mounting: ca.SX, gravity: float) -> ca.SX:
         """Return what an accelerometer at `mounting` reads, in body axes, m/s²."""
         acceleration = self.time_derivative(self.time_derivative(self.point(mounting)))
-        return self.world_to_body @ (acceleration + ca.DM([0, 0, gravity]))
+        return self.world_to_body @ (acceleration + ca.vertcat(0, 0, gravity))
 
     def body_rate(self) -> ca.SX:
         """Return the angular rate in body axes (3,), rad/s."""
