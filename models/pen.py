@@ -24,13 +24,11 @@ import numpy as np
 from pydantic import Field, PositiveFloat, ValidationInfo, field_validator
 
 from models.arrays import Array
+from models.body_model import Kinematics, body_model, choose_sensors
 from models.config import UnitConfig
-from models.errors import InputError
-from models.gaussian import GaussianState
 from models.heading import heading_symmetry
 from models.kinematics import RigidBody
-from models.manifold import additive_manifold, no_inequality
-from models.measurement import BiasStates, MovingBody, bias_states, sensor_model
+from models.measurement import MovingBody
 from models.printed import PrintedBody, PrintedError, check_printed_pen
 from models.process_noise import constant_acceleration, white_jerk_factor
 from models.rotation import world_to_body
@@ -160,57 +158,19 @@ def pen_model(
     InputError
         If a sensor or a bound is unknown; the message lists the known names.
     """
-    names = tuple(config.sensors) if sensors is None else tuple(sensors)
-    chosen = {name: _sensor_of(config, name) for name in names}
-    if len(chosen) < len(names):
-        raise InputError(f"sensors {', '.join(names)}: a name appears twice, expected each once")
+    chosen = choose_sensors(config.sensors, sensors, f"pen {config.name}")
     if writing_area and not any(sensor.sees_position for sensor in chosen.values()):
         chosen |= _writing_area(config)
-    biases = {name: bias_states(name, sensor) for name, sensor in chosen.items()}
-
     n_q = config.degrees_of_freedom
     q, q_dot, q_ddot = (ca.SX.sym(symbol, n_q) for symbol in ("q", "q_dot", "q_ddot"))
-    bias_symbols = {name: ca.SX.sym(f"b_{name}", len(bias.names)) for name, bias in biases.items()}
-    x = ca.vertcat(q, q_dot, q_ddot, *bias_symbols.values())
     body = moving_pen(config, q, q_dot, q_ddot)
-
-    states = kinematic_states(n_q) + tuple(
-        (name, bias.unit.replace("_", "/").replace("s2", "s²"))
-        for bias in biases.values()
-        for name in bias.names
-    )
-    is_angle = [name in ("azimuth_rad", "elevation_rad", "spin_rad") for name, _ in states]
-    retract, difference = additive_manifold(is_angle)
-    margin = ca.cos(q[4])
-    model = StateSpaceModel(
-        name=f"{config.name}, {n_q} degrees of freedom",
-        state_names=tuple(name for name, _ in states),
-        state_units=tuple(unit for _, unit in states),
-        f=_transition(config, biases.values()),
-        sensors=tuple(
-            sensor_model(name, sensor, body, x, bias_symbols[name])
-            for name, sensor in chosen.items()
-        ),
-        prior=_prior(config, biases.values()),
-        retract=retract,
-        difference=difference,
-        lower=np.full(len(states), -np.inf),
-        upper=np.full(len(states), np.inf),
-        inequality=no_inequality(len(states)),
-        regularity=ca.Function("regularity", [x], [margin], ["x"], ["margin"]),
-        symmetries=(heading_symmetry(n_q, len(states), _centre(chosen.values())),),
-        reach=np.array([config.reach_m] * 3 + [np.inf] * (len(states) - 3)),
+    name = f"{config.name}, {n_q} degrees of freedom"
+    model = body_model(name, _kinematics(config, q, q_dot, q_ddot), body, chosen)
+    model = model.replace(
+        symmetries=(heading_symmetry(n_q, model.n_x, _centre(chosen.values())),),
+        reach=np.array([config.reach_m] * 3 + [np.inf] * (model.n_x - 3)),
     )
     return model.bounded(**config.bounds)
-
-
-def _sensor_of(config: PenConfig, name: str) -> Any:
-    if name not in config.sensors:
-        raise InputError(
-            f"sensor {name} is not in the pen {config.name}; "
-            f"expected one of {', '.join(config.sensors)}"
-        )
-    return config.sensors[name]
 
 
 def _centre(sensors: Iterable[Any]) -> Array | None:
@@ -232,32 +192,36 @@ def _writing_area(config: PenConfig) -> dict[str, Any]:
     return {name: WritingArea(centre_m=config.prior.tip_m)}
 
 
-def _transition(config: PenConfig, biases: Iterable[BiasStates]) -> ca.Function:
-    """f(x, w, Δt): white jerk on every degree of freedom, random walks on biases."""
-    n_q = config.degrees_of_freedom
-    walks = [bias.walk for bias in biases for _ in bias.names]
-    n_x = 3 * n_q + len(walks)
-    x, w, dt = ca.SX.sym("x", n_x), ca.SX.sym("w", n_x), ca.SX.sym("dt")
-    noise = config.process_noise
+def _kinematics(config: PenConfig, q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX) -> Kinematics:
+    """Constant acceleration per degree of freedom, driven by white jerk."""
+    n_q, noise, dt = config.degrees_of_freedom, config.process_noise, ca.SX.sym("dt")
+    names, units = zip(*kinematic_states(n_q), strict=True)
     densities = ca.diag(
         ca.DM(
             [noise.tip_jerk_density_m_s3_per_sqrt_hz] * 3
             + [noise.angle_jerk_density_rad_s3_per_sqrt_hz] * (n_q - 3)
         )
     )
-    A = ca.kron(constant_acceleration(dt), ca.SX.eye(n_q))
-    G = ca.kron(white_jerk_factor(dt), densities)
-    kinematic = ca.mtimes(A, x[: 3 * n_q]) + ca.mtimes(G, w[: 3 * n_q])
-    bias = x[3 * n_q :] + ca.DM(walks) * ca.sqrt(dt) * w[3 * n_q :]
-    x_next = ca.vertcat(kinematic, bias)
-    return ca.Function("f", [x, w, dt], [x_next], ["x", "w", "dt"], ["x_next"])
+    mean, std = _prior(config)
+    return Kinematics(
+        x=ca.vertcat(q, q_dot, q_ddot),
+        names=names,
+        units=units,
+        is_angle=tuple(3 <= i < n_q for i in range(len(names))),
+        dt=dt,
+        A=ca.kron(constant_acceleration(dt), ca.SX.eye(n_q)),
+        G=ca.kron(white_jerk_factor(dt), densities),
+        mean=mean,
+        std=std,
+        regularity=ca.cos(q[4]),
+    )
 
 
-def _prior(config: PenConfig, biases: Iterable[BiasStates]) -> GaussianState:
+def _prior(config: PenConfig) -> tuple[Array, Array]:
+    """Return mean and standard deviation (3 n_q,) of the kinematic states."""
     prior, n_angles = config.prior, config.degrees_of_freedom - 3
     mean_angles = [prior.azimuth_rad, prior.elevation_rad, prior.spin_rad][:n_angles]
     std_angles = [prior.azimuth_std_rad, prior.elevation_std_rad, prior.spin_std_rad][:n_angles]
-    bias_std = [bias.std for bias in biases for _ in bias.names]
     std = np.array(
         [prior.tip_std_m] * 3
         + std_angles
@@ -265,8 +229,7 @@ def _prior(config: PenConfig, biases: Iterable[BiasStates]) -> GaussianState:
         + [prior.angle_rate_std_rad_s] * n_angles
         + [prior.acceleration_std_m_s2] * 3
         + [prior.angle_acceleration_std_rad_s2] * n_angles
-        + bias_std
     )
     mean = np.zeros(len(std))
     mean[: 3 + n_angles] = [*prior.tip_m, *mean_angles]
-    return GaussianState(mean, np.diag(std**2))
+    return mean, std

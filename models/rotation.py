@@ -1,7 +1,7 @@
 """The one rotation of the pen, and rotations as vectors.
 
-Everything that has an attitude in this project uses `world_to_body`; nothing
-else types a rotation matrix of angles.
+A pen's attitude is `world_to_body`, and every other rotation of angles is built from
+`about_z`; nothing else types a rotation matrix of angles.
 """
 
 from __future__ import annotations

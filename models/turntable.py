@@ -28,19 +28,17 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import casadi as ca
 import numpy as np
 from pydantic import Field, PositiveFloat, field_validator
 
 from models.arrays import Array
+from models.body_model import Kinematics, body_model, choose_sensors
 from models.config import UnitConfig
-from models.errors import InputError
-from models.gaussian import GaussianState
 from models.kinematics import RigidBody
-from models.manifold import additive_manifold, no_inequality
-from models.measurement import BiasStates, MovingBody, bias_states, sensor_model
+from models.measurement import MovingBody
 from models.pen_file import load_config
 from models.process_noise import constant_velocity, white_acceleration_factor
 from models.rotation import about_z
@@ -179,72 +177,27 @@ def turntable_model(
     InputError
         If a sensor is unknown or named twice; the message lists the known names.
     """
-    chosen = _chosen(config, sensors)
-    biases = {name: bias_states(name, sensor) for name, sensor in chosen.items()}
+    chosen = choose_sensors(config.sensors, sensors, config.name)
     q, q_dot = ca.SX.sym("q", 2), ca.SX.sym("q_dot", 2)
-    bias_symbols = {name: ca.SX.sym(f"b_{name}", len(bias.names)) for name, bias in biases.items()}
-    x = ca.vertcat(q, q_dot, *bias_symbols.values())
-
     origin, no_acceleration = ca.SX.zeros(3), ca.SX.zeros(2)
     rigid = RigidBody(q, q_dot, no_acceleration, origin, world_to_table(q[0], q[1]))
     body = MovingBody(rigid, config.gravity_m_s2, has_spin=True)
-
-    names = [f"{tilt}_rad" for tilt in TILTS] + [f"{tilt}_rate_rad_s" for tilt in TILTS]
-    units = ["rad"] * 2 + ["rad/s"] * 2
-    for bias in biases.values():
-        names += bias.names
-        units += [bias.unit.replace("_", "/").replace("s2", "s²")] * len(bias.names)
-    n_x = len(names)
-    retract, difference = additive_manifold([i < 2 for i in range(n_x)])
-    return StateSpaceModel(
-        name=config.name,
-        state_names=tuple(names),
-        state_units=tuple(units),
-        f=_transition(config, biases.values()),
-        sensors=tuple(
-            sensor_model(name, sensor, body, x, bias_symbols[name])
-            for name, sensor in chosen.items()
-        ),
-        prior=_prior(config, biases.values()),
-        retract=retract,
-        difference=difference,
-        lower=np.full(n_x, -np.inf),
-        upper=np.full(n_x, np.inf),
-        inequality=no_inequality(n_x),
-        regularity=ca.Function("regularity", [x], [ca.cos(q[0])], ["x"], ["margin"]),
-    )
+    return body_model(config.name, _kinematics(config, q, q_dot), body, chosen)
 
 
-def _chosen(config: TurntableConfig, sensors: Iterable[str] | None) -> dict[str, Any]:
-    names = tuple(config.sensors) if sensors is None else tuple(sensors)
-    for name in names:
-        if name not in config.sensors:
-            raise InputError(
-                f"sensor {name} is not on the {config.name}; "
-                f"expected one of {', '.join(config.sensors)}"
-            )
-    if len(set(names)) < len(names):
-        raise InputError(f"sensors {', '.join(names)}: a name appears twice, expected each once")
-    return {name: config.sensors[name] for name in names}
-
-
-def _transition(config: TurntableConfig, biases: Iterable[BiasStates]) -> ca.Function:
-    """f(x, w, Δt): white acceleration on both axes, random walks on biases."""
-    walks = [bias.walk for bias in biases for _ in bias.names]
-    n_x = 4 + len(walks)
-    x, w, dt = ca.SX.sym("x", n_x), ca.SX.sym("w", n_x), ca.SX.sym("dt")
+def _kinematics(config: TurntableConfig, q: ca.SX, q_dot: ca.SX) -> Kinematics:
+    """Constant rates, driven by white acceleration on both axes."""
+    dt, priors = ca.SX.sym("dt"), [axis.prior for axis in config.axes]
     densities = ca.diag(ca.DM([config.acceleration_density(axis) for axis in config.axes]))
-    A = ca.kron(constant_velocity(dt), ca.SX.eye(2))
-    G = ca.kron(white_acceleration_factor(dt), densities)
-    kinematic = ca.mtimes(A, x[:4]) + ca.mtimes(G, w[:4])
-    bias = x[4:] + ca.DM(walks) * ca.sqrt(dt) * w[4:]
-    x_next = ca.vertcat(kinematic, bias)
-    return ca.Function("f", [x, w, dt], [x_next], ["x", "w", "dt"], ["x_next"])
-
-
-def _prior(config: TurntableConfig, biases: Iterable[BiasStates]) -> GaussianState:
-    priors = [axis.prior for axis in config.axes]
-    bias_std = [bias.std for bias in biases for _ in bias.names]
-    mean = [p.angle_rad for p in priors] + [p.rate_rad_s for p in priors] + [0.0] * len(bias_std)
-    std = [p.angle_std_rad for p in priors] + [p.rate_std_rad_s for p in priors] + bias_std
-    return GaussianState(np.array(mean), np.diag(np.square(std)))
+    return Kinematics(
+        x=ca.vertcat(q, q_dot),
+        names=(*(f"{tilt}_rad" for tilt in TILTS), *(f"{tilt}_rate_rad_s" for tilt in TILTS)),
+        units=("rad", "rad", "rad/s", "rad/s"),
+        is_angle=(True, True, False, False),
+        dt=dt,
+        A=ca.kron(constant_velocity(dt), ca.SX.eye(2)),
+        G=ca.kron(white_acceleration_factor(dt), densities),
+        mean=np.array([p.angle_rad for p in priors] + [p.rate_rad_s for p in priors]),
+        std=np.array([p.angle_std_rad for p in priors] + [p.rate_std_rad_s for p in priors]),
+        regularity=ca.cos(q[0]),
+    )

@@ -60,7 +60,7 @@ def test_sensors_in_the_order_asked_for() -> None:
 @pytest.mark.parametrize(
     ("sensors", "message"),
     [
-        (["camera"], "sensor camera is not on the turntable .*; expected one of accel, gyro"),
+        (["camera"], "sensor camera is not in the turntable .*; expected one of accel, gyro"),
         (["gyro", "gyro"], "sensors gyro, gyro: a name appears twice, expected each once"),
     ],
 )

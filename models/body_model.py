@@ -1,0 +1,123 @@
+"""From a moving body and its sensors to a state-space model.
+
+    x = (kinematic states, biases),   x_{k+1} = (A x + G w, b + walk √Δt w_b)
+
+What a pen and a turntable have in common: choosing sensors by name, the bias
+states that these ask for, and a kinematic part that is linear in its states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from models.arrays import Array
+from models.errors import InputError
+from models.gaussian import GaussianState
+from models.manifold import additive_manifold, no_inequality
+from models.measurement import BiasStates, MovingBody, bias_states, sensor_model
+from models.state_space import StateSpaceModel
+
+
+@dataclass(frozen=True, eq=False)
+class Kinematics:
+    """The states of a motion and how they go on.
+
+    Parameters
+    ----------
+    x : (n,) symbols of the states
+    names, units, is_angle : (n,) of the states; angles are wrapped
+    dt : symbol of the step, s
+    A, G : (n, n) expressions of `dt`: x_{k+1} = A x + G w, w ~ N(0, I)
+    mean, std : (n,) what is known before the first measurement
+    regularity : expression of `x`, near zero where its coordinates are singular
+    """
+
+    x: ca.SX
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    is_angle: tuple[bool, ...]
+    dt: ca.SX
+    A: ca.SX
+    G: ca.SX
+    mean: Array
+    std: Array
+    regularity: ca.SX
+
+
+def choose_sensors(
+    available: Mapping[str, Any], sensors: Iterable[str] | None, of: str
+) -> dict[str, Any]:
+    """Return the sensors of some names, in their order; None takes all.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or appears twice; `of` says what they are mounted on.
+    """
+    names = tuple(available) if sensors is None else tuple(sensors)
+    for name in names:
+        if name not in available:
+            raise InputError(
+                f"sensor {name} is not in the {of}; expected one of {', '.join(available)}"
+            )
+    if len(set(names)) < len(names):
+        raise InputError(f"sensors {', '.join(names)}: a name appears twice, expected each once")
+    return {name: available[name] for name in names}
+
+
+def body_model(
+    name: str, kinematics: Kinematics, body: MovingBody, sensors: Mapping[str, Any]
+) -> StateSpaceModel:
+    """Build the state-space model of a body that carries some sensors.
+
+    Parameters
+    ----------
+    name : for people
+    body : in the symbols of `kinematics`
+    sensors : name → one of `models.sensors.Sensor`, in the order to stack them
+    """
+    biases = {key: bias_states(key, sensor) for key, sensor in sensors.items()}
+    symbols = {key: ca.SX.sym(f"b_{key}", len(bias.names)) for key, bias in biases.items()}
+    x = ca.vertcat(kinematics.x, *symbols.values())
+    names = kinematics.names + tuple(state for bias in biases.values() for state in bias.names)
+    units = kinematics.units + tuple(_unit(bias) for bias in biases.values() for _ in bias.names)
+    n_x, n_b = len(names), len(names) - len(kinematics.names)
+    retract, difference = additive_manifold([*kinematics.is_angle, *[False] * n_b])
+    bias_std = [bias.std for bias in biases.values() for _ in bias.names]
+    return StateSpaceModel(
+        name=name,
+        state_names=names,
+        state_units=units,
+        f=_transition(kinematics, [b.walk for b in biases.values() for _ in b.names]),
+        sensors=tuple(
+            sensor_model(key, sensor, body, x, symbols[key]) for key, sensor in sensors.items()
+        ),
+        prior=GaussianState(
+            np.concatenate([kinematics.mean, np.zeros(n_b)]),
+            np.diag(np.square(np.concatenate([kinematics.std, bias_std]))),
+        ),
+        retract=retract,
+        difference=difference,
+        lower=np.full(n_x, -np.inf),
+        upper=np.full(n_x, np.inf),
+        inequality=no_inequality(n_x),
+        regularity=ca.Function("regularity", [x], [kinematics.regularity], ["x"], ["margin"]),
+    )
+
+
+def _unit(bias: BiasStates) -> str:
+    return bias.unit.replace("_", "/").replace("s2", "s²")
+
+
+def _transition(kinematics: Kinematics, walks: list[float]) -> ca.Function:
+    """f(x, w, Δt): the kinematic part, and random walks on biases."""
+    n, dt = len(kinematics.names), kinematics.dt
+    x, w = ca.SX.sym("x", n + len(walks)), ca.SX.sym("w", n + len(walks))
+    moved = ca.mtimes(kinematics.A, x[:n]) + ca.mtimes(kinematics.G, w[:n])
+    bias = x[n:] + ca.DM(walks) * ca.sqrt(dt) * w[n:]
+    return ca.Function("f", [x, w, dt], [ca.vertcat(moved, bias)], ["x", "w", "dt"], ["x_next"])
