@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from benchmark.metrics import ERROR_COLUMNS, root_mean_square, state_errors
+from benchmark.metrics import ERROR_COLUMNS, NOT_OBSERVABLE, root_mean_square, state_errors
 from benchmark.observe import judge
 from benchmark.registry import CONFIGURATIONS, ESTIMATORS, create_estimator
 from benchmark.simulate import simulate_recording
@@ -19,7 +19,6 @@ from estimation.recording import Recording, Truth
 from models.pen import PenConfig, pen_model
 from models.state_space import StateSpaceModel
 
-NOT_OBSERVABLE = "not observable"
 SKIPPED_FRACTION = 0.1
 """Part of the run that is left out of the errors: both estimators still settle."""
 

@@ -28,6 +28,10 @@ ERROR_COLUMNS: Mapping[str, tuple[tuple[str, ...], float]] = MappingProxyType(
 """Column of an error table → (states, factor from SI)."""
 
 
+NOT_OBSERVABLE = "not observable"
+"""What stands in the place of an error that would only show the prior."""
+
+
 def state_errors(model: StateSpaceModel, history: EstimateHistory, truth: Truth) -> Array:
     """Return estimate minus truth (n, n_x) at the estimates' instants.
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmark.simulate import simulate_recording
+from benchmark.simulate import sensors_with_a_rate, simulate_recording
 from estimation.observability import Verdict, verdict
 from estimation.recording import Recording
 from models.errors import InputError
@@ -61,12 +61,13 @@ def observe(
 
     Parameters
     ----------
-    sensors : names from the pen file; None takes all
+    sensors : names from the pen file; None takes all that have a rate
     writing_area : see `models.pen.pen_model`
     motions : names of `models.motions.motions`
     duration_s : of each motion
     """
-    model = pen_model(pen, sensors, writing_area)
+    chosen = sensors_with_a_rate(pen) if sensors is None else sensors
+    model = pen_model(pen, chosen, writing_area)
     measured = [sensor.name for sensor in model.measured_sensors]
     return SensorVerdict(
         model,

@@ -33,6 +33,11 @@ def motion_names() -> tuple[str, ...]:
     return (*motions(), DRAWN)
 
 
+def sensors_with_a_rate(pen: PenConfig) -> tuple[str, ...]:
+    """Return the names of a pen's sensors that can be simulated."""
+    return tuple(name for name, sensor in pen.sensors.items() if sensor.rate_hz is not None)
+
+
 def simulate_recording(
     pen: PenConfig,
     sensors: Iterable[str] | None = None,
@@ -65,9 +70,7 @@ def simulate_recording(
     """
     if isinstance(motion, str) and motion not in motion_names():
         raise InputError(f"motion {motion} is unknown, expected one of {', '.join(motion_names())}")
-    if sensors is None:
-        sensors = [name for name, sensor in pen.sensors.items() if sensor.rate_hz is not None]
-    model = pen_model(pen, sensors)
+    model = pen_model(pen, sensors_with_a_rate(pen) if sensors is None else sensors)
     if motion == DRAWN:
         if speed != 1:
             raise InputError(f"speed is {speed} for the motion {DRAWN}, expected 1: it has its own")

@@ -20,6 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
@@ -89,15 +90,22 @@ def nees(model: StateSpaceModel, history: EstimateHistory, states: Array) -> Arr
     )
 
 
-def nis(history: EstimateHistory) -> tuple[Array, Array]:
+def nis(history: EstimateHistory, rows: NDArray[np.bool_] | None = None) -> tuple[Array, Array]:
     """Return the normalised innovation squared (n,) and its degrees of freedom (n,).
 
     Instants without a reading have NaN and 0; inf as for `nees`.
+
+    Parameters
+    ----------
+    rows : (n_r,) which rows of the residual count, all by default. A writing area's are
+        no measurements: leave them out with the model's ``measured_rows``
     """
     present = ~np.isnan(history.innovation)
+    if rows is not None:
+        present = present & rows
     squared = [
-        _squared_distance(v[rows], S[np.ix_(rows, rows)]) if rows.any() else np.nan
-        for v, S, rows in zip(
+        _squared_distance(v[some], S[np.ix_(some, some)]) if some.any() else np.nan
+        for v, S, some in zip(
             history.innovation, history.innovation_covariance, present, strict=True
         )
     ]

@@ -92,7 +92,7 @@ def remarks(
     y : (n_y,) the readings of the step
     used : (n_r,) the rows of the residual that were used
     """
-    status = Status.SOLVED if used.any() else Status.NO_READING
+    status = Status.SOLVED if used[model.measured_rows].any() else Status.NO_READING
     if np.isinf(y).any():
         status |= Status.INFINITE_READING
     if (np.isfinite(y) & (np.abs(y) >= model.saturation)).any():

@@ -36,11 +36,6 @@ class InformationBound:
     std: Array
     prior_std: Array
 
-    def sees(self, state: str) -> bool:
-        """Whether the readings say more about a state at the end than the prior did."""
-        index = self.state_names.index(state)
-        return bool(self.std[-1, index] < OBSERVABLE_FRACTION * self.prior_std[index])
-
 
 def information_bound(
     model: StateSpaceModel, measurements: Iterable[Measurement], states: Array

@@ -51,7 +51,7 @@ FREE_S, FREE_STARTS = 0.5, 5
 """Duration and number of the free motions of a verdict."""
 
 SYMMETRY_STATES = 5
-"""Number of states that a symmetry is tried at."""
+"""About how many states a symmetry is tried at."""
 
 NEGLIGIBLE = 1e-6
 """Part of a direction below which a state does not take part in it (rounding)."""
@@ -226,7 +226,7 @@ def verdict(model: StateSpaceModel, measurements: Sequence[Measurement], states:
     """Return Gramian and information bound along known states.
 
     The Gramian is the one of largest rank of `FREE_STARTS` free motions from states spread
-    over the known ones: what any part of the motion shows counts as shown.
+    over the known ones: the part of the motion that shows most.
     """
     starts = np.linspace(0, len(states) - 1, FREE_STARTS).astype(int)
     candidates = [observability(model, *free_motion(model, states[i])) for i in starts]

@@ -208,6 +208,7 @@ def _first_of_each_period(time_s: Array, sensor: SensorModel) -> NDArray[np.bool
     """Return the instants (n,) that are the first in their period; all without a rate."""
     if sensor.rate_hz is None:
         return np.ones(len(time_s), dtype=bool)
-    resolution = 0.5 * 10**-TIME_DIGITS
+    # Seconds since 1970 resolve no nanoseconds.
+    resolution = max(0.5 * 10**-TIME_DIGITS, 2 * float(np.spacing(np.abs(time_s).max())))
     period = np.floor((time_s - time_s[0] + resolution) * sensor.rate_hz)
     return np.diff(period, prepend=-1.0) > 0

@@ -7,8 +7,8 @@ along a motion,
     ‖residual(s(x, α))‖ = ‖residual(x)‖   for those with a constant reading,
     f(s(x, α), 0, Δt) = s(f(x, 0, Δt), α)
 
-The last two lines are what a linearised Gramian misses: a constant reading is a
-prior, and one that is the same from all sides says nothing of the side.
+The second line is what a linearised Gramian misses: a constant reading is a prior,
+and one that is the same from all sides says nothing of the side.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ TOLERANCE = 1e-9
 
 def direction(model: StateSpaceModel, symmetry: ca.Function, x: Array) -> Array:
     """Return ds/dα (n_x,) at α = 0, a tangent vector at x."""
-    delta, a = ca.SX.sym("x", model.n_x), ca.SX.sym("a")
-    moved = model.difference(symmetry(delta, a), delta)
-    slope = ca.Function("slope", [delta, a], [ca.densify(ca.jacobian(moved, a))])
+    at, a = ca.SX.sym("x", model.n_x), ca.SX.sym("a")
+    moved = model.difference(symmetry(at, a), at)
+    slope = ca.Function("slope", [at, a], [ca.densify(ca.jacobian(moved, a))])
     return slope(x, 0.0).full().ravel()
 
 

@@ -1,4 +1,4 @@
-"""The one symmetry of a pen: nothing but a camera knows where north is.
+"""The heading of a pen, a symmetry: nothing but a camera knows where north is.
 
 Turn tip, velocity and acceleration about a vertical axis and the azimuth with
 them: gravity, body rates and specific forces stay as they are, and so does the

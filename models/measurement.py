@@ -7,7 +7,7 @@ sensor, the moving body and its bias states and returns a `SymbolicReading`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -89,7 +89,6 @@ class BiasStates:
     unit: str = ""
     std: float = 0.0
     walk: float = 0.0
-    axes: tuple[str, ...] = field(default=())
 
 
 def bias_states(name: str, sensor: Any) -> BiasStates:
@@ -104,7 +103,7 @@ def bias_states(name: str, sensor: Any) -> BiasStates:
     if std == 0:
         return BiasStates()
     names = tuple(f"{name}_bias_{axis}_{unit}" for axis in sensor.axes)
-    return BiasStates(names, unit, std, walk, sensor.axes)
+    return BiasStates(names, unit, std, walk)
 
 
 def _inertial(

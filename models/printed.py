@@ -8,7 +8,8 @@ The first part of this file is the paper, misprints included; nothing estimates
 with it. The second reads it for comparison: with the axis signs `ACCELEROMETER_SIGNS`
 and `GYROSCOPE_SIGNS` it agrees with the rigid body at rest, and what remains is
 
-    E2  a_t has B_r⁻¹ where the rigid body has B_r
+    E2  a_t has B_r⁻¹ where the rigid body has B_r (and, with the signs, the z axis that
+        (4) points to the tip: what (5) adds is S B_r⁻¹ a, not B_r a)
     E3  the x axis of a_r has the sign opposite to that of a_s
     E4  the y axis of a_r lacks the Coriolis term
 

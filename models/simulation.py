@@ -2,9 +2,11 @@
 
     y = clip(round_Δ(h(x) + v)),   v ~ N(0, σ²),   σ = density √(π/2 · bandwidth)
 
-The truth is a motion with biases that start from the prior's spread and walk
-as the model says, or it is drawn from the model altogether. Every purpose has
-a stream of random numbers of its own, `models.random_streams`.
+for inertial sensors; a camera's noise turns its residual, which is a rotation, and a
+contact reads its own height while the tip touches. The truth is a motion with biases
+that start from the prior's spread and walk as the model says, or it is drawn from the
+model altogether. Every purpose has a stream of random numbers of its own,
+`models.random_streams`.
 """
 
 from __future__ import annotations
@@ -25,6 +27,9 @@ from models.state_space import StateSpaceModel
 
 TIME_DIGITS = 9
 """Instants are whole nanoseconds."""
+
+MOST_SAMPLES = 10_000_000
+"""Of one sensor: more would not fit in memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +64,11 @@ def sample_times(model: StateSpaceModel, duration_s: float) -> dict[str, Array]:
         if sensor.rate_hz is None:
             raise InputError(f"sensor {sensor.name} has no rate_hz, expected one to simulate it")
         count = int(np.floor(duration_s * sensor.rate_hz + 1e-9)) + 1
+        if count > MOST_SAMPLES:
+            raise InputError(
+                f"duration is {duration_s:g} s: {count} samples of {sensor.name}, "
+                f"expected at most {MOST_SAMPLES}"
+            )
         times[sensor.name] = np.round(np.arange(count) / sensor.rate_hz, TIME_DIGITS)
     if not times:
         raise InputError("no sensor with readings to simulate, expected at least one")

@@ -108,6 +108,13 @@ class StateSpaceModel:
         )
 
     @cached_property
+    def measured_rows(self) -> NDArray[np.bool_]:
+        """(n_r,) which rows of the stacked residual come from readings, not from a constant."""
+        return np.concatenate(
+            [np.zeros(0, bool)] + [np.full(s.n_r, s.constant_reading is None) for s in self.sensors]
+        )
+
+    @cached_property
     def reading_names(self) -> tuple[str, ...]:
         """(n_y,) names of the stacked readings: ``accel_x``, …"""
         return tuple(f"{sensor.name}_{axis}" for sensor in self.sensors for axis in sensor.axes)

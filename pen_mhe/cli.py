@@ -124,8 +124,8 @@ def _report(result: EstimateRun, output: Path) -> None:
     )
     if result.zero_delay:
         console.print(
-            f"zero delay: readings of {', '.join(result.zero_delay)} are used at the moment of "
-            "their capture; figures do not compare with causal ones"
+            f"zero delay: readings of {', '.join(result.zero_delay)} are used at the instant of "
+            "their stamp, taken as that of capture; figures do not compare with causal ones"
         )
     if result.left_out is not None:
         errors = ", ".join(
@@ -133,7 +133,10 @@ def _report(result: EstimateRun, output: Path) -> None:
         )
         console.print(f"RMS error against {result.left_out.frames} frames left out: {errors}")
     if result.true_rms:
-        errors = ", ".join(f"{column} {value:.4g}" for column, value in result.true_rms.items())
+        errors = ", ".join(
+            f"{column} {value:.4g}" if isinstance(value, float) else f"{column} {value}"
+            for column, value in result.true_rms.items()
+        )
         console.print(f"RMS error against the truth: {errors}")
     for name, found in (("NIS of the innovations", result.nis), ("NEES", result.nees)):
         if found is not None:
@@ -157,7 +160,7 @@ def simulate(
     sensors: SensorsOption = None,
     motion: Annotated[MotionName, typer.Option()] = TURN,
     duration: Annotated[float, typer.Option(help="s")] = 3.0,
-    seed: Annotated[int, typer.Option(help="Of the noise.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Of motion, biases, noise and losses.", min=0)] = 0,
     speed: Annotated[float, typer.Option(help="Play the motion this many times faster.")] = 1.0,
     stamps: Annotated[StampsName, typer.Option(help="Which instant a reading is given.")] = CAPTURE,
 ) -> None:

@@ -9,7 +9,13 @@ import numpy as np
 
 from benchmark.camera import LeftOutError, check_recorded_rate, frames_per_kept, left_out_error
 from benchmark.ink import TRIMMED_SAMPLES, InkMatch, match_ink, written_path_mm
-from benchmark.metrics import ERROR_COLUMNS, root_mean_square, state_errors
+from benchmark.metrics import (
+    ERROR_COLUMNS,
+    NOT_OBSERVABLE,
+    root_mean_square,
+    state_errors,
+)
+from benchmark.observe import judge
 from benchmark.registry import EstimatorSettings, create_estimator
 from estimation.consistency import Consistency, consistency, nees, nis
 from estimation.estimate import EstimateHistory
@@ -38,7 +44,8 @@ class EstimateRun:
     history : one estimate per instant, camera instants included
     output : one estimate per sample of the fastest sensor, the IMU
     left_out : error against the camera frames that were left out
-    true_rms : RMS errors against the truth, where the recording has it
+    true_rms : RMS errors against the truth, where the recording has it, or that a column
+        is not observable
     nis, nees : consistency of innovations, and of errors where the truth of every state is
         known; None where there is nothing to judge by
     ink : the path laid over the ink, where there is a scan
@@ -50,7 +57,7 @@ class EstimateRun:
     history: EstimateHistory
     output: EstimateHistory
     left_out: LeftOutError | None
-    true_rms: dict[str, float]
+    true_rms: dict[str, float | str]
     nis: Consistency | None
     nees: Consistency | None
     ink: InkMatch | None
@@ -119,7 +126,7 @@ def estimate_recording(
         output=output,
         left_out=left_out_error(model, cameras[0], history, recorded, used) if cameras else None,
         true_rms=_true_rms(model, history, used),
-        nis=_nis(history),
+        nis=_nis(model, history),
         nees=_nees(model, history, used),
         ink=_ink_match(output, loaded.ink) if loaded.ink else None,
         zero_delay=tuple(s.name for s in model.sensors if s.delay_s > 0),
@@ -128,20 +135,29 @@ def estimate_recording(
 
 def _true_rms(
     model: StateSpaceModel, history: EstimateHistory, recording: Recording
-) -> dict[str, float]:
-    if recording.truth is None:
+) -> dict[str, float | str]:
+    """Return RMS errors, `NOT_OBSERVABLE` where a complete truth shows that no sensor sees them."""
+    truth = recording.truth
+    if truth is None:
         return {}
-    errors = state_errors(model, history, recording.truth)
     known = {
         column: entry
         for column, entry in ERROR_COLUMNS.items()
-        if set(entry[0]) & set(model.state_names) <= set(recording.truth.names)
+        if set(entry[0]) & set(model.state_names) <= set(truth.names)
     }
-    return root_mean_square(model, errors, known)
+    errors = state_errors(model, history, truth)
+    found: dict[str, float | str] = dict(root_mean_square(model, errors, known))
+    if not np.isnan(errors).any():
+        verdict = judge(model, recording)
+        for column in found:
+            states = [name for name in ERROR_COLUMNS[column][0] if name in model.state_names]
+            if not all(verdict.sees(name) for name in states):
+                found[column] = NOT_OBSERVABLE
+    return found
 
 
-def _nis(history: EstimateHistory) -> Consistency | None:
-    squared, rows = nis(history)
+def _nis(model: StateSpaceModel, history: EstimateHistory) -> Consistency | None:
+    squared, rows = nis(history, model.measured_rows)
     return consistency(squared, rows) if rows.any() else None
 
 
@@ -151,8 +167,8 @@ def _nees(
     truth = recording.truth
     if truth is None or not set(model.state_names) <= set(truth.names):
         return None
-    states = truth.states(model.state_names, history.time_s)
-    return consistency(nees(model, history, states), model.n_x)
+    squared = nees(model, history, truth.states(model.state_names, history.time_s))
+    return None if np.isnan(squared).all() else consistency(squared, model.n_x)
 
 
 def _ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:

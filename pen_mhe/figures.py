@@ -13,8 +13,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmark.first_light import NOT_OBSERVABLE, Cell
+from benchmark.first_light import Cell
 from benchmark.ink import InkMatch
+from benchmark.metrics import NOT_OBSERVABLE
 from benchmark.registry import CONFIGURATIONS, ESTIMATORS
 from estimation.estimate import EstimateHistory
 from estimation.recording import Truth

@@ -14,7 +14,7 @@ PenOption = Annotated[
 ]
 SensorsOption = Annotated[
     str | None,
-    typer.Option(help="Names from the pen file, with commas; by default all with readings."),
+    typer.Option(help="Names from the pen file, with commas; by default all that can be used."),
 ]
 WritingAreaOption = Annotated[
     bool,

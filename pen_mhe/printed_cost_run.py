@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, ScalarFormatter
 
-from benchmark.first_light import NOT_OBSERVABLE
+from benchmark.metrics import NOT_OBSERVABLE
 from benchmark.printed_cost import (
     AS_PRINTED,
     CONFIGURATIONS,

@@ -1,0 +1,159 @@
+"""Symmetries: which sensors are blind to a pen's heading, and which way it goes."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from benchmark.observe import judge, observe
+from benchmark.registry import find_pen
+from benchmark.simulate import simulate_recording
+from estimation.symmetry import direction, holds
+from models.arrays import Array
+from models.heading import heading_symmetry
+from models.pen import pen_model
+from models.state_space import StateSpaceModel
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+STEP_S = 0.01
+BLIND = {
+    "accelerometer": ("accel",),
+    "gyroscope": ("gyro",),
+    "both": ("accel", "gyro"),
+    "two accelerometers": ("accel_lower", "accel_upper"),
+}
+"""Choices of the reference pen's sensors that cannot see a heading."""
+
+
+def model_of(
+    sensors: tuple[str, ...],
+    writing_area: bool = True,
+    pen: str = "reference",
+    degrees_of_freedom: int = 6,
+) -> StateSpaceModel:
+    config = find_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    return pen_model(config, sensors, writing_area)
+
+
+def states_of(model: StateSpaceModel) -> Array:
+    """States (8, n_x) drawn from the prior."""
+    draws = np.random.default_rng(9).standard_normal((8, model.n_x))
+    return model.prior.mean + model.prior.std * draws
+
+
+def heading_holds(model: StateSpaceModel) -> bool:
+    (symmetry,) = model.symmetries
+    return holds(model, symmetry, states_of(model), STEP_S)
+
+
+@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+@pytest.mark.parametrize("writing_area", [True, False])
+@pytest.mark.parametrize("name", BLIND)
+def test_no_inertial_sensor_sees_the_heading(
+    name: str, writing_area: bool, degrees_of_freedom: int
+) -> None:
+    """Nor does a writing area: it looks the same from all sides of its centre."""
+    model = model_of(BLIND[name], writing_area, degrees_of_freedom=degrees_of_freedom)
+    areas = [sensor for sensor in model.sensors if sensor.kind == "writing_area"]
+    assert len(areas) == writing_area
+    assert heading_holds(model)
+
+
+@pytest.mark.parametrize("sensors", [("camera",), ("accel", "gyro", "camera"), ("area", "camera")])
+def test_a_camera_sees_the_heading(sensors: tuple[str, ...]) -> None:
+    assert not heading_holds(model_of(sensors))
+
+
+def test_an_area_has_one_centre() -> None:
+    """The D-POINT pen's lies around (0.1, 0.1) m: about its own centre only it stays as it is."""
+    model = model_of(("accel", "gyro"), pen="dpoint")
+    centre = model.sensor("area").constant_reading
+    np.testing.assert_array_equal(centre, [0.1, 0.1, 0.0])
+    assert heading_holds(model)
+    for elsewhere in (None, np.array([0.1, 0.09, 0.0])):
+        other = model.replace(symmetries=(heading_symmetry(6, model.n_x, elsewhere),))
+        assert not heading_holds(other)
+    # The axis is vertical: its height says nothing.
+    higher = model.replace(symmetries=(heading_symmetry(6, model.n_x, np.array([0.1, 0.1, 0.3])),))
+    assert heading_holds(higher)
+
+
+def test_without_an_area_every_centre_is_as_good() -> None:
+    model = model_of(("accel", "gyro"), writing_area=False, pen="dpoint")
+    for centre in (np.zeros(3), np.array([0.4, -0.2, 0.1])):
+        symmetry = heading_symmetry(6, model.n_x, centre)
+        assert heading_holds(model.replace(symmetries=(symmetry,)))
+
+
+def test_one_state_that_shows_it_is_enough() -> None:
+    """A tip at rest on the wrong axis stays where it is; in any other state it moves."""
+    model = model_of(("accel", "gyro"), pen="dpoint")
+    wrong = heading_symmetry(6, model.n_x, np.array([0.1, 0.2, 0.0]))
+    on_its_axis = model.prior.mean.copy()
+    on_its_axis[:3] = [0.1, 0.2, 0.0]
+    assert holds(model, wrong, on_its_axis[None, :], STEP_S)
+    assert not holds(model, wrong, np.vstack([on_its_axis, states_of(model)[:1]]), STEP_S)
+
+
+def test_the_motion_too_has_to_go_on_alike() -> None:
+    """Neither sensor reads a place. A tip that lies elsewhere moves on as it would have; one
+    that is moved by its own velocity does not, as that changes.
+    """
+    model = model_of(("accel", "gyro"), writing_area=False)
+    x, angle = ca.SX.sym("x", model.n_x), ca.SX.sym("angle")
+    velocity = model.state_names.index("tip_x_velocity_m_s")
+    for shift, goes_on in ((angle, True), (angle * x[velocity], False)):
+        moved = ca.vertcat(x[0] + shift, x[1:])
+        symmetry = ca.Function("shifted", [x, angle], [moved])
+        assert holds(model, symmetry, states_of(model), STEP_S) is goes_on
+
+
+@pytest.mark.parametrize("azimuth", [0.4, np.pi - 1e-7])
+@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+def test_the_direction_is_the_flows_slope(degrees_of_freedom: int, azimuth: float) -> None:
+    """Against central differences, of third order in the step; also where the azimuth wraps."""
+    model = model_of(("accel", "gyro"), degrees_of_freedom=degrees_of_freedom)
+    (symmetry,) = model.symmetries
+    x, h = states_of(model)[0], 1e-4
+    x[3] = azimuth
+    ahead, behind = (symmetry(x, step).full().ravel() for step in (h, -h))
+    slope = model.difference(ahead, behind).full().ravel() / (2 * h)
+    found = direction(model, symmetry, x)
+    scale = np.abs(x) + np.abs(found)
+    assert np.abs((found - slope) / np.where(scale > 0, scale, 1.0)).max() < h**2
+    assert found[model.state_names.index("azimuth_rad")] == 1
+
+
+def test_the_direction_turns_with_the_centre() -> None:
+    """ds/dα of a tip is e_z × (tip - centre); of its velocity e_z × velocity."""
+    model = model_of(("accel", "gyro"), pen="dpoint")
+    (symmetry,) = model.symmetries
+    x, up = states_of(model)[1], np.array([0.0, 0.0, 1.0])
+    found = direction(model, symmetry, x)
+    tip, velocity = x[:3] - [0.1, 0.1, 0.0], x[6:9]
+    np.testing.assert_allclose(found[:3], np.cross(up, tip), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found[6:9], np.cross(up, velocity), rtol=0, atol=1e-15)
+    assert np.abs(tip[:2]).min() > 0.01
+
+
+@pytest.mark.parametrize("pen", ["reference", "dpoint"])
+def test_the_azimuth_stays_unseen_however_long_the_motion(pen: str) -> None:
+    """Ten seconds of handwriting within the writing area: no side of it is told."""
+    motion = "handwriting"
+    found = observe(find_pen(pen), ("accel", "gyro"), motions=[motion], duration_s=10.0)
+    verdict = found.by_motion[motion]
+    assert not verdict.sees("azimuth_rad")
+    assert verdict.sees("elevation_rad")
+    (heading,) = verdict.observability.directions
+    assert next(iter(heading.changes)) == "azimuth_rad"
+
+
+def test_without_its_symmetry_the_azimuth_would_seem_seen() -> None:
+    """The area's linearised readings alone leave a fifth of what was known before."""
+    config, sensors = find_pen("dpoint"), ("accel", "gyro")
+    model = pen_model(config, sensors).replace(symmetries=())
+    found = judge(model, simulate_recording(config, sensors, "handwriting", 10.0))
+    assert found.sees("azimuth_rad")
+    assert found.observability.directions == ()
