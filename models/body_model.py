@@ -19,8 +19,9 @@ from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.manifold import additive_manifold, no_inequality
-from models.measurement import BiasStates, MovingBody, bias_states, sensor_model
+from models.measurement import MovingBody, bias_states, sensor_model
 from models.state_space import StateSpaceModel
+from models.units import readable_unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +86,9 @@ def body_model(
     symbols = {key: ca.SX.sym(f"b_{key}", len(bias.names)) for key, bias in biases.items()}
     x = ca.vertcat(kinematics.x, *symbols.values())
     names = kinematics.names + tuple(state for bias in biases.values() for state in bias.names)
-    units = kinematics.units + tuple(_unit(bias) for bias in biases.values() for _ in bias.names)
+    units = kinematics.units + tuple(
+        readable_unit(bias.unit) for bias in biases.values() for _ in bias.names
+    )
     n_x, n_b = len(names), len(names) - len(kinematics.names)
     retract, difference = additive_manifold([*kinematics.is_angle, *[False] * n_b])
     bias_std = [bias.std for bias in biases.values() for _ in bias.names]
@@ -108,10 +111,6 @@ def body_model(
         inequality=no_inequality(n_x),
         regularity=ca.Function("regularity", [x], [kinematics.regularity], ["x"], ["margin"]),
     )
-
-
-def _unit(bias: BiasStates) -> str:
-    return bias.unit.replace("_", "/").replace("s2", "s²")
 
 
 def _transition(kinematics: Kinematics, walks: list[float]) -> ca.Function:

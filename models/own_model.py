@@ -18,7 +18,7 @@ from models.gaussian import GaussianState
 from models.manifold import additive_manifold, always_regular, no_inequality
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
-from models.units import UNITS, split_unit
+from models.units import UNITS, readable_unit, split_unit
 
 EMPTY_STEP_TOLERANCE = 1e-12
 """Rounding that a step of Δt = 0 may leave, of a state and its standard deviation."""
@@ -102,7 +102,7 @@ def _unit(model: str, state: str) -> str:
         raise InputError(
             f"model {model}: state {state} ends in no unit, expected one of {', '.join(UNITS)}"
         )
-    return unit
+    return readable_unit(unit)
 
 
 def _column(expressions: ca.SX, n: int, what: str, per: str) -> ca.SX:

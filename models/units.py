@@ -50,6 +50,12 @@ def split_unit(name: str) -> tuple[str, str]:
     return name, ""
 
 
+def readable_unit(unit: str) -> str:
+    """Write a unit of `UNITS` as people do: ``m_s2`` → ``m/s²``, ``rad_s`` → ``rad/s``."""
+    stem, _, per = unit.partition("_")
+    return f"{stem}/{per.replace('2', '²')}" if per in ("s", "s2") else unit
+
+
 def accepted_names(si_name: str) -> Mapping[str, float]:
     """Return every accepted spelling of an SI name, with its factor to SI.
 

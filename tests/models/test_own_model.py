@@ -79,7 +79,7 @@ def test_what_was_said_is_in_the_model() -> None:
     model = cart_model()
     assert model.name == "cart"
     assert model.state_names == ("distance_m", "speed_m_s")
-    assert model.state_units == ("m", "m_s")
+    assert model.state_units == ("m", "m/s")
     np.testing.assert_array_equal(model.prior.mean, [0.3, -0.2])
     np.testing.assert_allclose(model.prior.std, [0.5, 0.4], rtol=1e-15)
     assert (model.n_w, model.n_y, model.n_r) == (2, 3, 3)

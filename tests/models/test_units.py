@@ -17,7 +17,7 @@ from models.sensors import (
     PoseCamera,
     WritingArea,
 )
-from models.units import UNITS, accepted_names, split_unit
+from models.units import UNITS, accepted_names, readable_unit, split_unit
 from tests.models.pens import ACCELEROMETER, CAMERA, GYROSCOPE
 
 G = 9.80665
@@ -118,3 +118,8 @@ def test_configurations_are_frozen(config: Any) -> None:
     field = next(iter(type(config).model_fields))
     with pytest.raises(ValidationError, match="frozen"):
         setattr(config, field, 1.0)
+
+
+def test_units_as_people_write_them() -> None:
+    pairs = {"m_s2": "m/s²", "rad_s": "rad/s", "rad_s2": "rad/s²", "m": "m", "rad": "rad"}
+    assert {unit: readable_unit(unit) for unit in pairs} == pairs
