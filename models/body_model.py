@@ -86,23 +86,21 @@ def body_model(
     symbols = {key: ca.SX.sym(f"b_{key}", len(bias.names)) for key, bias in biases.items()}
     x = ca.vertcat(kinematics.x, *symbols.values())
     names = kinematics.names + tuple(state for bias in biases.values() for state in bias.names)
-    units = kinematics.units + tuple(
-        readable_unit(bias.unit) for bias in biases.values() for _ in bias.names
-    )
-    n_x, n_b = len(names), len(names) - len(kinematics.names)
+    of_state = [bias for bias in biases.values() for _ in bias.names]
+    units = kinematics.units + tuple(readable_unit(bias.unit) for bias in of_state)
+    n_x, n_b = len(names), len(of_state)
     retract, difference = additive_manifold([*kinematics.is_angle, *[False] * n_b])
-    bias_std = [bias.std for bias in biases.values() for _ in bias.names]
+    std = np.concatenate([kinematics.std, [bias.std for bias in of_state]])
     return StateSpaceModel(
         name=name,
         state_names=names,
         state_units=units,
-        f=_transition(kinematics, [b.walk for b in biases.values() for _ in b.names]),
+        f=_transition(kinematics, [bias.walk for bias in of_state]),
         sensors=tuple(
             sensor_model(key, sensor, body, x, symbols[key]) for key, sensor in sensors.items()
         ),
         prior=GaussianState(
-            np.concatenate([kinematics.mean, np.zeros(n_b)]),
-            np.diag(np.square(np.concatenate([kinematics.std, bias_std]))),
+            np.concatenate([kinematics.mean, np.zeros(n_b)]), np.diag(np.square(std))
         ),
         retract=retract,
         difference=difference,
