@@ -8,7 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from benchmark.metrics import ERROR_COLUMNS, NOT_OBSERVABLE, root_mean_square, state_errors
+from benchmark.metrics import (
+    ERROR_COLUMNS,
+    NOT_OBSERVABLE,
+    root_mean_square,
+    seen_only,
+    state_errors,
+)
 from benchmark.observe import judge
 from benchmark.registry import CONFIGURATIONS, ESTIMATORS, create_estimator
 from benchmark.simulate import simulate_recording
@@ -86,13 +92,14 @@ def table_row(
     assert recording.truth is not None
     errors = state_errors(model, history, recording.truth)
     settled = errors[int(SKIPPED_FRACTION * len(errors)) :]
-    row: dict[str, object] = {"sensors": label, "estimator": estimator}
-    for column, value in root_mean_square(model, settled, ERROR_COLUMNS).items():
-        states = [name for name in ERROR_COLUMNS[column][0] if name in model.state_names]
-        row[column] = value if all(verdict.sees(name) for name in states) else NOT_OBSERVABLE
-    row["solved"] = history.solved_fraction
-    row["median_step_ms"] = float(np.median(history.step_time_s)) * 1e3
-    return row
+    rms = root_mean_square(model, settled, ERROR_COLUMNS)
+    return {
+        "sensors": label,
+        "estimator": estimator,
+        **seen_only(model, rms, verdict),
+        "solved": history.solved_fraction,
+        "median_step_ms": float(np.median(history.step_time_s)) * 1e3,
+    }
 
 
 def as_table(cells: Sequence[Cell]) -> pd.DataFrame:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from estimation.estimate import EstimateHistory
+from estimation.observability import Verdict
 from estimation.recording import Truth
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -68,3 +69,17 @@ def root_mean_square(
             if len(known):
                 result[column] = float(np.sqrt(known.mean()) * factor)
     return result
+
+
+def seen_only(
+    model: StateSpaceModel, values: Mapping[str, float], verdict: Verdict
+) -> dict[str, float | str]:
+    """Return values by column of `ERROR_COLUMNS`, `NOT_OBSERVABLE` where a state is not seen."""
+    states = {
+        column: [name for name in ERROR_COLUMNS[column][0] if name in model.state_names]
+        for column in values
+    }
+    return {
+        column: value if all(verdict.sees(name) for name in states[column]) else NOT_OBSERVABLE
+        for column, value in values.items()
+    }

@@ -129,7 +129,10 @@ class Verdict:
 
 
 def observability_matrix(
-    model: StateSpaceModel, measurements: Sequence[Measurement], states: Array
+    model: StateSpaceModel,
+    measurements: Sequence[Measurement],
+    states: Array,
+    stage: KalmanStage | None = None,
 ) -> Array:
     """Return O (n_rows, n_x) along known states, scaled as in the module's equation.
 
@@ -138,8 +141,9 @@ def observability_matrix(
     measurements : their times, and which rows are present; the values only place
         where curved residuals are linearised
     states : (n, n_x) the true states, one per measurement
+    stage : of the model, where it is built already
     """
-    stage, D = KalmanStage(model), model.prior.std
+    stage, D = stage or KalmanStage(model), model.prior.std
     rows, Phi = [], np.eye(model.n_x)
     for k, (measurement, x) in enumerate(zip(measurements, states, strict=True)):
         if k:
@@ -151,21 +155,20 @@ def observability_matrix(
 
 
 def observability(
-    model: StateSpaceModel, measurements: Sequence[Measurement], states: Array
+    model: StateSpaceModel,
+    measurements: Sequence[Measurement],
+    states: Array,
+    stage: KalmanStage | None = None,
 ) -> Observability:
     """Return what a motion's readings say about its first state; see `observability_matrix`."""
-    scaled = observability_matrix(model, measurements, states)
+    scaled = observability_matrix(model, measurements, states, stage)
     _, s, Vt = np.linalg.svd(scaled, full_matrices=True)
     singular = np.zeros(model.n_x)
     singular[: len(s)] = s
-    constant = np.repeat(
-        [sensor.constant_reading is not None for sensor in model.sensors],
-        [sensor.n_r for sensor in model.sensors],
-    )
     unobservable = _joined(
         Vt[singular < ROUNDING].T,
         _symmetric(model, measurements, states),
-        scaled[np.tile(constant, len(states))],
+        scaled[np.tile(~model.measured_rows, len(states))],
     )
     return Observability(
         model.state_names,
@@ -229,10 +232,11 @@ def verdict(model: StateSpaceModel, measurements: Sequence[Measurement], states:
     over the known ones: the part of the motion that shows most.
     """
     starts = np.linspace(0, len(states) - 1, FREE_STARTS).astype(int)
-    candidates = [observability(model, *free_motion(model, states[i])) for i in starts]
+    stage = KalmanStage(model)
+    candidates = [observability(model, *free_motion(model, states[i]), stage) for i in starts]
     return Verdict(
         max(candidates, key=lambda found: found.rank),
-        information_bound(model, measurements, states),
+        information_bound(model, measurements, states, stage),
     )
 
 

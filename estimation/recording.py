@@ -14,9 +14,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
-
-TIME_DIGITS = 9
-"""Time stamps are compared to a nanosecond."""
+from models.units import TIME_DIGITS
 
 TRUTH_TOLERANCE_S = 1e-6
 """How far from an instant the truth may be given to count as its truth."""

@@ -24,9 +24,7 @@ from models.pen import kinematic_states
 from models.random_streams import Seed, seed_sequence, stream
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
-
-TIME_DIGITS = 9
-"""Instants are whole nanoseconds."""
+from models.units import TIME_DIGITS
 
 MOST_SAMPLES = 10_000_000
 """Of one sensor: more would not fit in memory."""

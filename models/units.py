@@ -14,6 +14,9 @@ STANDARD_GRAVITY_M_S2 = 9.80665
 _DEG = math.pi / 180
 _G = STANDARD_GRAVITY_M_S2
 
+TIME_DIGITS = 9
+"""Time stamps are compared to a nanosecond."""
+
 UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
     {
         "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import platform
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from importlib.metadata import version
-from multiprocessing import get_context
 from pathlib import Path
 
 from benchmark.first_light import Cell, CellKey, as_table, cell_keys, run_cell
 from benchmark.registry import find_pen
-from pen_mhe.console import console, print_table, progress
+from pen_mhe.console import console, print_table
 from pen_mhe.figures import benchmark_figure, save
+from pen_mhe.processes import finished
 
 MOTION, DURATION_S = "turn", 3.0
 
@@ -19,16 +18,8 @@ MOTION, DURATION_S = "turn", 3.0
 def run_benchmark(output: Path, seeds: int, jobs: int) -> None:
     """Run every cell, print the table, write ``table.csv`` and, of seed 0, ``stroke.png``."""
     output.mkdir(parents=True, exist_ok=True)
-    keys, found = cell_keys(range(seeds)), {}
-    with (
-        progress("benchmark") as start,
-        ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
-    ):
-        advance = start(len(keys))
-        futures = {pool.submit(_run, key): key for key in keys}
-        for future in as_completed(futures):
-            found[futures[future]] = future.result()
-            advance(future)
+    keys = cell_keys(range(seeds))
+    found = {key: future.result() for key, future in finished("benchmark", _run, keys, jobs)}
     cells = [found[key] for key in keys]
     table = as_table(cells)
     table.to_csv(output / "table.csv", index=False)

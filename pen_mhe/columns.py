@@ -15,12 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from estimation.recording import TIME_DIGITS
 from models.arrays import Array
 from models.errors import InputError
 from models.measurement import bias_states, reading_axes
 from models.pen import PenConfig, kinematic_states
-from models.units import UNITS, accepted_names
+from models.units import TIME_DIGITS, UNITS, accepted_names
 
 TIME, TRUTH_PREFIX = "time", "true_"
 

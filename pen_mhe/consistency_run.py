@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,12 +11,24 @@ from benchmark.consistency_runs import ConsistencyRuns, case_named, joined, run_
 from benchmark.registry import check_estimator, find_pen
 from benchmark.simulate import DRAWN
 from models.pen import PenConfig, pen_model
-from pen_mhe.console import console, print_table, progress
+from pen_mhe.console import console, print_table
+from pen_mhe.processes import finished
 
 RUNS_PER_TASK = 5
 
 LIMIT = 2.6
 """Standard errors within which a mean NEES counts as consistent."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """A few runs of one case by one estimator."""
+
+    pen: PenConfig
+    sensors: Sequence[str] | None
+    case: str
+    estimator: str
+    seeds: range
 
 
 def run_consistency(
@@ -36,22 +47,14 @@ def run_consistency(
     for case in cases:
         case_named(case)
     tasks = [
-        (config, sensors, case, estimator, tuple(range(first, min(first + RUNS_PER_TASK, runs))))
+        _Task(config, sensors, case, estimator, range(first, min(first + RUNS_PER_TASK, runs)))
         for case in cases
         for estimator in estimators
         for first in range(0, runs, RUNS_PER_TASK)
     ]
     found: dict[tuple[str, str], dict[int, ConsistencyRuns]] = {}
-    with (
-        progress("consistency") as start,
-        ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
-    ):
-        advance = start(len(tasks))
-        futures = {pool.submit(_run_task, *task): task for task in tasks}
-        for future in as_completed(futures):
-            _, _, case, estimator, seeds = futures[future]
-            found.setdefault((case, estimator), {})[seeds[0]] = future.result()
-            advance(future)
+    for task, future in finished("consistency", _run_task, tasks, jobs):
+        found.setdefault((task.case, task.estimator), {})[task.seeds[0]] = future.result()
     rows = [
         _row(case, estimator, joined(part for _, part in sorted(found[case, estimator].items())))
         for case in cases
@@ -72,14 +75,8 @@ def run_consistency(
     console.print(f"\nconsistent: within {LIMIT:g} standard errors of the number of states")
 
 
-def _run_task(
-    pen: PenConfig,
-    sensors: Sequence[str] | None,
-    case: str,
-    estimator: str,
-    seeds: Sequence[int],
-) -> ConsistencyRuns:
-    return run_case(pen, sensors, case_named(case), estimator, seeds)
+def _run_task(task: _Task) -> ConsistencyRuns:
+    return run_case(task.pen, task.sensors, case_named(task.case), task.estimator, task.seeds)
 
 
 def _row(case: str, estimator: str, runs: ConsistencyRuns) -> list[str]:

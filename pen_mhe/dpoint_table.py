@@ -8,9 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +18,11 @@ from benchmark.registry import EstimatorSettings, check_estimator, find_pen
 from mhe.config import MheConfig
 from models.errors import InputError
 from models.sensors import PoseCamera
-from pen_mhe.console import console, print_table, progress
+from pen_mhe.console import console, print_table
 from pen_mhe.dpoint import is_dpoint_folder
 from pen_mhe.estimate_run import CameraThinning, estimate_recording
 from pen_mhe.load import load_recording
+from pen_mhe.processes import finished
 
 SENSORS = ("accel", "gyro", "camera")
 
@@ -125,26 +124,15 @@ def run_table(
     todo = [cell for cell in cells if not (output / cell.file_name).exists()]
     # Long cells first, so that no process works alone at the end.
     todo.sort(key=lambda cell: cell.estimator == "ekf")
-    with (
-        progress("dpoint-table") as start,
-        ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
-    ):
-        advance = start(len(todo))
-        futures = {pool.submit(run_cell, cell): cell for cell in todo}
-        failed: BaseException | None = None
-        for future in as_completed(futures):
-            advance(future)
-            if future.cancelled():
-                continue
-            if (error := future.exception()) is not None:
-                # What runs goes on and is kept; what waits is not begun.
-                failed = failed or error
-                pool.shutdown(wait=False, cancel_futures=True)
-                continue
-            path = output / futures[future].file_name
-            partial = path.with_suffix(".part")
-            partial.write_text(json.dumps(future.result()))
-            partial.rename(path)
+    failed: BaseException | None = None
+    for cell, future in finished("dpoint-table", run_cell, todo, jobs):
+        if (error := future.exception()) is not None:
+            failed = failed or error
+            continue
+        path = output / cell.file_name
+        partial = path.with_suffix(".part")
+        partial.write_text(json.dumps(future.result()))
+        partial.rename(path)
     if failed is not None:
         raise InputError(f"a cell of the table failed: {failed}")
     results = {cell: json.loads((output / cell.file_name).read_text()) for cell in cells}

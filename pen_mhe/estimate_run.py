@@ -11,8 +11,8 @@ from benchmark.camera import LeftOutError, check_recorded_rate, frames_per_kept,
 from benchmark.ink import TRIMMED_SAMPLES, InkMatch, match_ink, written_path_mm
 from benchmark.metrics import (
     ERROR_COLUMNS,
-    NOT_OBSERVABLE,
     root_mean_square,
+    seen_only,
     state_errors,
 )
 from benchmark.observe import judge
@@ -136,7 +136,7 @@ def estimate_recording(
 def _true_rms(
     model: StateSpaceModel, history: EstimateHistory, recording: Recording
 ) -> dict[str, float | str]:
-    """Return RMS errors, `NOT_OBSERVABLE` where a complete truth shows that no sensor sees them."""
+    """Return RMS errors, not observable where a complete truth shows that no sensor sees them."""
     truth = recording.truth
     if truth is None:
         return {}
@@ -146,14 +146,10 @@ def _true_rms(
         if set(entry[0]) & set(model.state_names) <= set(truth.names)
     }
     errors = state_errors(model, history, truth)
-    found: dict[str, float | str] = dict(root_mean_square(model, errors, known))
-    if not np.isnan(errors).any():
-        verdict = judge(model, recording)
-        for column in found:
-            states = [name for name in ERROR_COLUMNS[column][0] if name in model.state_names]
-            if not all(verdict.sees(name) for name in states):
-                found[column] = NOT_OBSERVABLE
-    return found
+    rms = root_mean_square(model, errors, known)
+    if np.isnan(errors).any():
+        return dict(rms)
+    return seen_only(model, rms, judge(model, recording))
 
 
 def _nis(model: StateSpaceModel, history: EstimateHistory) -> Consistency | None:

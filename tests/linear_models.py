@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -15,6 +15,7 @@ from models.manifold import additive_manifold, always_regular, no_inequality
 from models.process_noise import constant_acceleration, white_jerk_factor
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
+from tests.references import kalman
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +31,19 @@ class LinearSystem:
     def steps(self, times: Array) -> list[tuple[Array, Array]]:
         """F and a lower factor of Q for every step between times."""
         return [(self.F(dt), np.linalg.cholesky(self.Q(dt))) for dt in np.diff(times)]
+
+    def textbook(self, measurements: Sequence[Measurement]) -> list[kalman.Posterior]:
+        """Return the textbook filter's posterior for every measurement."""
+        prior = self.model.prior
+        return kalman.run(
+            (prior.mean, prior.covariance),
+            [measurement.time_s for measurement in measurements],
+            [measurement.y for measurement in measurements],
+            self.F,
+            self.Q,
+            self.H,
+            self.R,
+        )
 
     def simulate(
         self, times: Array, rng: np.random.Generator, missing: float = 0.3

@@ -55,15 +55,10 @@ def model(names: dict[str, Any]) -> StateSpaceModel:
 
 def filtered(model: StateSpaceModel, y: Array) -> tuple[Array, Array]:
     """Return means (n, 2) and standard deviations (n, 2) of the textbook's Kalman filter."""
-    x, P = model.prior.mean, model.prior.covariance
-    means, stds = [], []
-    for k, reading in enumerate(y):
-        if k:
-            x, P = kalman.predict(x, P, F, Q)
-        found = kalman.update(x, P, reading, H, R)
-        x, P = found.mean, found.covariance
-        means.append(x)
-        stds.append(np.sqrt(np.diag(P)))
+    prior, times = (model.prior.mean, model.prior.covariance), STEP_S * np.arange(len(y))
+    found = kalman.run(prior, times, list(y), lambda dt: F, lambda dt: Q, H, R)
+    means = [posterior.mean for posterior in found]
+    stds = [np.sqrt(np.diag(posterior.covariance)) for posterior in found]
     return np.array(means), np.array(stds)
 
 

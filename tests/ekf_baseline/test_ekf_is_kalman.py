@@ -9,13 +9,11 @@ from ekf_baseline.ekf import Ekf
 from estimation.recording import Measurement
 from estimation.status import Status
 from tests.linear_models import (
-    LinearSystem,
     constant_acceleration_system,
     coupled_system,
     irregular_times,
     random_walk_system,
 )
-from tests.references import kalman
 
 SYSTEMS = {
     "one axis": constant_acceleration_system(1),
@@ -25,19 +23,6 @@ SYSTEMS = {
 TOLERANCE_STD = 1e-10
 
 
-def textbook(system: LinearSystem, measurements: list[Measurement]) -> list[kalman.Posterior]:
-    x, P = system.model.prior.mean, system.model.prior.covariance
-    posteriors: list[kalman.Posterior] = []
-    for k, measurement in enumerate(measurements):
-        if k:
-            dt = measurement.time_s - measurements[k - 1].time_s
-            x, P = kalman.predict(x, P, system.F(dt), system.Q(dt))
-        posterior = kalman.update(x, P, measurement.y, system.H, system.R)
-        x, P = posterior.mean, posterior.covariance
-        posteriors.append(posterior)
-    return posteriors
-
-
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("missing", [0.0, 0.4])
 def test_mean_and_covariance_are_the_textbooks(name: str, missing: float) -> None:
@@ -45,7 +30,7 @@ def test_mean_and_covariance_are_the_textbooks(name: str, missing: float) -> Non
     measurements = system.simulate(irregular_times(150, rng), rng, missing)
     ekf = Ekf(system.model)
     state = ekf.init()
-    for measurement, wanted in zip(measurements, textbook(system, measurements), strict=True):
+    for measurement, wanted in zip(measurements, system.textbook(measurements), strict=True):
         state, estimate = ekf.step(state, measurement)
         std = np.sqrt(np.diag(wanted.covariance))
         error = (estimate.state.mean - wanted.mean) / std
@@ -62,7 +47,7 @@ def test_innovations_are_the_textbooks_and_nan_where_missing(name: str) -> None:
     measurements = system.simulate(irregular_times(60, rng), rng, 0.4)
     ekf = Ekf(system.model)
     state = ekf.init()
-    for measurement, wanted in zip(measurements, textbook(system, measurements), strict=True):
+    for measurement, wanted in zip(measurements, system.textbook(measurements), strict=True):
         state, estimate = ekf.step(state, measurement)
         rows, missing = wanted.rows, np.isnan(measurement.y)
         S = estimate.innovation_covariance[np.ix_(rows, rows)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +22,6 @@ from models.sensors import Gyroscope
 from models.state_space import StateSpaceModel
 from tests.linear_models import LinearSystem, coupled_system
 from tests.models.pens import GYROSCOPE, pen
-from tests.references import kalman
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -60,19 +58,6 @@ def noisier(model: StateSpaceModel, factor: float) -> StateSpaceModel:
     """Return a model that takes the variance of every reading for `factor` times as large."""
     sensors = tuple(replace(s, noise_std=np.sqrt(factor) * s.noise_std) for s in model.sensors)
     return model.replace(sensors=sensors)
-
-
-def textbook(system: LinearSystem, measurements: Sequence[Measurement]) -> list[kalman.Posterior]:
-    x, P = system.model.prior.mean, system.model.prior.covariance
-    posteriors: list[kalman.Posterior] = []
-    for k, measurement in enumerate(measurements):
-        if k:
-            dt = measurement.time_s - measurements[k - 1].time_s
-            x, P = kalman.predict(x, P, system.F(dt), system.Q(dt))
-        posterior = kalman.update(x, P, measurement.y, system.H, system.R)
-        x, P = posterior.mean, posterior.covariance
-        posteriors.append(posterior)
-    return posteriors
 
 
 def assert_mean(per_run: Array, expected: float) -> None:
@@ -155,7 +140,7 @@ def test_squared_distances_are_the_textbooks() -> None:
     squared, freedom = nis(history)
     of_errors = nees(SYSTEM.model, history, run.states)
     assert set(freedom) == {0, 1, 2, 3}
-    for k, wanted in enumerate(textbook(SYSTEM, run.measurements)):
+    for k, wanted in enumerate(SYSTEM.textbook(run.measurements)):
         e, v = wanted.mean - run.states[k], wanted.innovation
         assert of_errors[k] == pytest.approx(e @ np.linalg.solve(wanted.covariance, e), rel=1e-8)
         assert freedom[k] == len(wanted.rows)

@@ -128,13 +128,10 @@ def test_every_estimator_is_the_kalman_filter(recording: Recording, name: str) -
     settings = EstimatorSettings(mhe=MheConfig(horizon=7))
     history = run(create_estimator(name, model, settings), recording)
     assert set(history.status) == {Status.SOLVED}
-    x, P = model.prior.mean, model.prior.covariance
+    readings = [measurement.y for measurement in recording.measurements(model)]
+    prior = model.prior.mean, model.prior.covariance
     rows_seen = set()
-    for k, measurement in enumerate(recording.measurements(model)):
-        if k:
-            dt = measurement.time_s - history.time_s[k - 1]
-            x, P = kalman.predict(x, P, F(dt), Q(dt))
-        wanted = kalman.update(x, P, measurement.y, H, R)
+    for k, wanted in enumerate(kalman.run(prior, history.time_s, readings, F, Q, H, R)):
         x, P = wanted.mean, wanted.covariance
         std = np.sqrt(np.diag(P))
         assert np.abs((history.mean[k] - x) / std).max() < 1e-9

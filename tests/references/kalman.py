@@ -6,6 +6,7 @@ for the Joseph form.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,3 +45,30 @@ def update(mean: Array, covariance: Array, y: Array, H: Array, R: Array) -> Post
     K = np.linalg.solve(S, H @ covariance).T
     innovation = y - H @ mean
     return Posterior(mean + K @ innovation, joseph(covariance, K, H, R), rows, innovation, S)
+
+
+def run(
+    prior: tuple[Array, Array],
+    times: Sequence[float],
+    readings: Sequence[Array],
+    F: Callable[[float], Array],
+    Q: Callable[[float], Array],
+    H: Array,
+    R: Array,
+) -> list[Posterior]:
+    """Update, then predict to the next time: a posterior for each reading.
+
+    Parameters
+    ----------
+    prior : mean and covariance at the first time
+    F, Q : of a step of Δt
+    """
+    x, P = prior
+    posteriors: list[Posterior] = []
+    for k, y in enumerate(readings):
+        if k:
+            dt = times[k] - times[k - 1]
+            x, P = predict(x, P, F(dt), Q(dt))
+        posteriors.append(update(x, P, y, H, R))
+        x, P = posteriors[-1].mean, posteriors[-1].covariance
+    return posteriors
