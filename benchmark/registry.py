@@ -17,6 +17,7 @@ from ekf_baseline.ekf import Ekf, EkfConfig
 from estimation.estimator import Estimator
 from mhe.config import MheConfig
 from mhe.ipopt import MheIpopt
+from mhe.realtime import Mhe, MheRti
 from models.errors import InputError
 from models.pen import PenConfig, pen_model
 from models.pen_file import load_pen
@@ -31,7 +32,7 @@ class EstimatorSettings:
     Parameters
     ----------
     ekf : settings of ``ekf``
-    mhe : settings of ``mhe-ipopt``
+    mhe : settings of ``mhe-ipopt``, ``mhe-rti`` and ``mhe``
     """
 
     ekf: EkfConfig = field(default_factory=EkfConfig)
@@ -43,6 +44,8 @@ ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, EstimatorSettings], Estimato
         {
             "ekf": lambda model, settings: Ekf(model, settings.ekf),
             "mhe-ipopt": lambda model, settings: MheIpopt(model, settings.mhe),
+            "mhe-rti": lambda model, settings: MheRti(model, settings.mhe),
+            "mhe": lambda model, settings: Mhe(model, settings.mhe),
         }
     )
 )

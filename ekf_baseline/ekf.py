@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.stats import chi2
 
-from estimation.estimate import Estimate
-from estimation.estimator import late_estimate, remarks
-from estimation.kalman_stage import KalmanStage, Update, rows_present
+from ekf_baseline.interpreted import InterpretedFilter
+from estimation import native
+from estimation.engine import CompiledEngine, Loop
+from estimation.estimate import Estimate, EstimateHistory
+from estimation.kalman_stage import stage_functions
+from estimation.layout import Layout
 from estimation.recording import Measurement
-from estimation.status import Status
+from estimation.result import Engine, ResultReader
+from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -62,7 +65,15 @@ class Ekf:
     def __init__(self, model: StateSpaceModel, config: EkfConfig | None = None) -> None:
         self.model = model
         self.config = config or EkfConfig()
-        self._stage = KalmanStage(model)
+        n_x = model.n_x
+        memory = Layout("Memory", {"time_s": (), "mean": (n_x,), "covariance": (n_x, n_x)})
+        gate = _gate(model, self.config.gate_probability)
+        self._engine: Engine = (
+            InterpretedFilter(model, memory, gate)
+            if native.compiler() is None
+            else CompiledEngine(model, _loop(model, memory, gate))
+        )
+        self._reader = ResultReader(model)
 
     def init(self) -> EkfState:
         """Return the state before the first measurement, from the model's prior."""
@@ -70,38 +81,61 @@ class Ekf:
 
     def step(self, state: EkfState, measurement: Measurement) -> tuple[EkfState, Estimate]:
         """Predict to the measurement's time and update."""
-        time_s = measurement.time_s
-        dt = 0.0 if state.time_s is None else time_s - state.time_s
-        if state.time_s is not None and dt < 0:
-            return state, late_estimate(self.model, state.time_s, state.gaussian)
-        present, status = rows_present(self.model, measurement.y), Status.SOLVED
-        predicted = self._stage.predict(state.gaussian, dt)
-        update = self._stage.update(predicted, measurement.y, present)
-        innovation = np.where(present, update.innovation, np.nan)
-        innovation_covariance = update.innovation_covariance
-        if (rejected := self._gated(update)).any():
-            status |= Status.GATED
-            update = self._stage.update(predicted, measurement.y, present & ~rejected)
-        gaussian = update.state
-        if not (np.isfinite(gaussian.mean).all() and np.isfinite(gaussian.covariance).all()):
-            status |= Status.NOT_FINITE
-            gaussian = predicted
-        status |= remarks(self.model, gaussian, measurement.y, update.present)
-        estimate = Estimate(time_s, gaussian, status, innovation, innovation_covariance)
-        return EkfState(time_s, gaussian), estimate
+        memory, result = self._engine.step(self._pack(state), measurement.time_s, measurement.y)
+        return self._unpack(memory), self._reader.estimate(result)
 
-    def _gated(self, update: Update) -> NDArray[np.bool_]:
-        """Return the rows (n_r,) of sensors whose readings are too far off."""
-        rejected = np.zeros(self.model.n_r, dtype=bool)
-        if self.config.gate_probability is None:
-            return rejected
-        start = 0
-        for sensor in self.model.sensors:
-            rows = start + np.flatnonzero(update.present[start : start + sensor.n_r])
-            start += sensor.n_r
-            if len(rows) == 0:
-                continue
-            v, S = update.innovation[rows], update.innovation_covariance[np.ix_(rows, rows)]
-            distance = v @ np.linalg.solve(S, v)
-            rejected[rows] = distance > chi2.ppf(self.config.gate_probability, len(rows))
-        return rejected
+    def batch(self, state: EkfState, time_s: Array, y: Array) -> tuple[EkfState, EstimateHistory]:
+        """Take n measurements in one call; the same as n steps.
+
+        Parameters
+        ----------
+        time_s, y : (n,), (n, n_y), as of `estimation.recording.Recording.stacked`
+        """
+        memory, results = self._engine.batch(self._pack(state), time_s, y)
+        return self._unpack(memory), self._reader.history(self.name, results)
+
+    def _pack(self, state: EkfState) -> Array:
+        memory, n_x = np.empty(self._engine.memory.size), self.model.n_x
+        memory[0] = np.nan if state.time_s is None else state.time_s
+        memory[1 : n_x + 1] = state.gaussian.mean
+        memory[n_x + 1 :] = state.gaussian.covariance.ravel()
+        return memory
+
+    def _unpack(self, memory: Array) -> EkfState:
+        n_x = self.model.n_x
+        covariance = memory[n_x + 1 :].reshape(n_x, n_x)
+        return EkfState(memory.item(0), GaussianState(memory[1 : n_x + 1], covariance))
+
+
+def _gate(model: StateSpaceModel, probability: float | None) -> Array | None:
+    """Return the limits (n_r + 1,) of squared distances, by number of rows."""
+    if probability is None:
+        return None
+    from scipy.stats import chi2  # takes a second to import
+
+    return np.array([0.0, *(chi2.ppf(probability, rows + 1) for rows in range(model.n_r))])
+
+
+def _loop(model: StateSpaceModel, memory: Layout, gate: Array | None) -> Loop:
+    n_x, n_w, n_y, n_r = model.n_x, model.n_w, model.n_y, model.n_r
+    return Loop(
+        source=Path(__file__).with_name("filter.c"),
+        entry="filter",
+        memory=memory,
+        functions=[[function] for function in stage_functions(model)],
+        fields={
+            "gate": gate,
+            "no_noise": np.zeros(n_w),
+            "unit_noise": np.ones(n_w),
+            "present": np.zeros(n_r),
+            "used": np.zeros(n_r),
+            "clean": np.zeros(n_y),
+            "x_minus": np.zeros(n_x),
+            "P_minus": np.zeros((n_x, n_x)),
+            "v": np.zeros(n_r),
+            "S": np.zeros((n_r, n_r)),
+            "L": np.zeros((n_r, n_r)),
+            "z": np.zeros(n_r),
+            "rows": np.zeros(n_r, dtype=np.int64),
+        },
+    )

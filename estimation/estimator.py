@@ -11,15 +11,12 @@ from numpy.typing import NDArray
 
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.recording import Measurement, Recording
-from estimation.status import Status
+from estimation.status import REGULARITY_LIMIT, Status
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 StateT = TypeVar("StateT")
-
-REGULARITY_LIMIT = 0.035
-"""|cos θ| of a pen two degrees from upright."""
 
 
 class Estimator(Protocol[StateT]):

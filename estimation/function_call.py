@@ -16,48 +16,47 @@ from models.arrays import Array
 
 
 class FunctionCall:
-    """A CasADi function with dense results, bound to its own workspace.
+    """A CasADi function on dense arrays, bound to its own workspace.
 
     Not to be shared between threads: it owns the buffers. Results are copies.
     """
 
     def __init__(self, function: ca.Function) -> None:
         self.function = function
-        for i in range(function.n_in()):
-            if not function.sparsity_in(i).is_dense():
-                raise ValueError(f"{function.name()}: argument {i} is sparse, expected dense")
-        for i in range(function.n_out()):
-            if not function.sparsity_out(i).is_dense():
-                raise ValueError(f"{function.name()}: result {i} is sparse, expected dense")
-        flat_inputs = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
-        flat_outputs = [np.zeros(function.numel_out(i)) for i in range(function.n_out())]
-        self._inputs = [
-            flat.reshape(function.size_in(i), order="F") for i, flat in enumerate(flat_inputs)
-        ]
-        self._outputs = [
-            flat.reshape(function.size_out(i), order="F") for i, flat in enumerate(flat_outputs)
-        ]
+        self._inputs = [_Buffer(function.sparsity_in(i)) for i in range(function.n_in())]
+        self._outputs = [_Buffer(function.sparsity_out(i)) for i in range(function.n_out())]
         self._buffer, self._evaluate = function.buffer()
         buffer: Any = self._buffer  # its type declares arguments that the call does not take
-        for i, flat in enumerate(flat_inputs):
-            buffer.set_arg(i, flat.data)
-        for i, flat in enumerate(flat_outputs):
-            buffer.set_res(i, flat.data)
+        for i, argument in enumerate(self._inputs):
+            buffer.set_arg(i, argument.nonzeros.data)
+        for i, result in enumerate(self._outputs):
+            buffer.set_res(i, result.nonzeros.data)
 
     def __call__(self, *arguments: ArrayLike) -> list[Array]:
-        """Evaluate; vectors come back as (n,), matrices as (n, m)."""
-        for array, argument in zip(self._inputs, arguments, strict=True):
+        """Evaluate; columns come back as (n,), anything else as (n, m)."""
+        for buffer, argument in zip(self._inputs, arguments, strict=True):
             value = np.asarray(argument, dtype=float)
             if value.ndim < 2:
                 value = value.reshape(-1, 1)
-            if value.shape != array.shape:
+            if value.shape != buffer.shape:
                 raise ValueError(
                     f"{self.function.name()}: argument of shape {value.shape}, "
-                    f"expected {array.shape}"
+                    f"expected {buffer.shape}"
                 )
-            array[...] = value
+            buffer.nonzeros[...] = value[buffer.rows, buffer.columns]
         self._evaluate()
-        return [
-            result[:, 0].copy() if result.shape[1] == 1 else result.copy(order="C")
-            for result in self._outputs
-        ]
+        return [result.dense() for result in self._outputs]
+
+
+class _Buffer:
+    """The nonzeros of one argument or result, and where in the matrix they belong."""
+
+    def __init__(self, sparsity: ca.Sparsity) -> None:
+        self.shape = tuple(sparsity.shape)
+        self.rows, self.columns = (np.array(index, dtype=int) for index in sparsity.get_triplet())
+        self.nonzeros = np.zeros(sparsity.nnz())
+
+    def dense(self) -> Array:
+        matrix = np.zeros(self.shape)
+        matrix[self.rows, self.columns] = self.nonzeros
+        return matrix[:, 0] if self.shape[1] == 1 else matrix

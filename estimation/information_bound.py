@@ -58,7 +58,7 @@ def information_bound(
     for measurement, x in zip(measurements, states, strict=True):
         if before is not None:
             dt = measurement.time_s - before[0]
-            covariance = stage.predict(GaussianState(before[1], covariance), dt).covariance
+            covariance = stage.predict(GaussianState(before[1], covariance), dt).state.covariance
         covariance = stage.update(GaussianState(x, covariance), measurement.y).state.covariance
         std.append(np.sqrt(np.diag(covariance)))
         before = (measurement.time_s, x)

@@ -3,13 +3,14 @@
 The stage that the EKF and every pass of an optimisation-based estimator share.
 At a trajectory (x̃, w̃) that may differ from the filter's own mean:
 
-    predict:  x⁻ = f(x̃, w̃) ⊞ (F (x⁺ ⊟ x̃) - G w̃),   P⁻ = F P⁺ Fᵀ + G Gᵀ
+    predict:  x⁻ = f(x̃, w̃) ⊞ (F (x⁺ ⊟ x̃) - G w̃),   P⁻ = F P⁺ Fᵀ + G D² Gᵀ
     update:   v = residual(y, x̃) - H (x⁻ ⊟ x̃),   L Lᵀ = H P⁻ Hᵀ + R
               W = P⁻ Hᵀ L⁻ᵀ,   e = L⁻¹ v
               x⁺ = x⁻ ⊞ W e,   P⁺ = P⁻ - W Wᵀ
 
 with ⊞ the model's ``retract``, ⊟ its ``difference``, F, G and H derivatives
-along the tangent space at (x̃, w̃). A missing row has its row of v and H zero.
+along the tangent space at (x̃, w̃). A missing row has its row of v and H zero; a
+loss other than least squares scales rows of v and H, and the noises by D.
 """
 
 from __future__ import annotations
@@ -35,12 +36,13 @@ def _symmetric(matrix: ca.SX) -> ca.SX:
 def predict_function(model: StateSpaceModel) -> ca.Function:
     """Return the symbolic predict stage of a model.
 
-    (x⁺ (n_x,), P⁺ (n_x, n_x), x̃ (n_x,), w̃ (n_w,), Δt) → (x⁻, P⁻, F, G)
+    (x⁺ (n_x,), P⁺ (n_x, n_x), x̃ (n_x,), w̃ (n_w,), Δt, diagonal of D (n_w,))
+    → (x⁻, P⁻, F, G); F and G are sparse.
     """
     n_x, n_w = model.n_x, model.n_w
     x_plus, x_lin = ca.SX.sym("x_plus", n_x), ca.SX.sym("x_lin", n_x)
     w_lin, dt = ca.SX.sym("w_lin", n_w), ca.SX.sym("dt")
-    P_plus = ca.SX.sym("P_plus", n_x, n_x)
+    P_plus, noise_scale = ca.SX.sym("P_plus", n_x, n_x), ca.SX.sym("noise_scale", n_w)
     delta = ca.SX.sym("delta", n_x)
 
     reached = model.f(x_lin, w_lin, dt)
@@ -52,12 +54,13 @@ def predict_function(model: StateSpaceModel) -> ca.Function:
 
     step = F @ model.difference(x_plus, x_lin) - G @ w_lin
     x_minus = model.retract(reached, step)
-    P_minus = _symmetric(F @ P_plus @ F.T + G @ G.T)
+    GD = G @ ca.diag(noise_scale)
+    P_minus = _symmetric(F @ P_plus @ F.T + GD @ GD.T)
     return ca.Function(
         "predict",
-        [x_plus, P_plus, x_lin, w_lin, dt],
-        [ca.densify(value) for value in (x_minus, P_minus, F, G)],
-        ["x_plus", "P_plus", "x_lin", "w_lin", "dt"],
+        [x_plus, P_plus, x_lin, w_lin, dt, noise_scale],
+        [ca.densify(x_minus), ca.densify(P_minus), F, G],
+        ["x_plus", "P_plus", "x_lin", "w_lin", "dt", "noise_scale"],
         ["x_minus", "P_minus", "F", "G"],
         {"cse": True},
     )
@@ -75,8 +78,9 @@ def stacked_residual(model: StateSpaceModel, y: ca.SX, x: ca.SX) -> ca.SX:
 def update_function(model: StateSpaceModel) -> ca.Function:
     """Return the symbolic update stage of a model.
 
-    (x⁻, P⁻, x̃, y (n_y,), present (n_r,)) → (x⁺, P⁺, v, S, W, e, H); `present` is
-    1 for rows that have a reading and 0 for missing ones, whose y must be finite.
+    (x⁻, P⁻, x̃, y (n_y,), present (n_r,)) → (x⁺, P⁺, v, S, W, e, H, L); `present` is
+    1 for rows that have a reading and 0 for missing ones, whose y must be finite. H
+    and L are sparse.
     """
     n_x = model.n_x
     x_minus, x_lin = ca.SX.sym("x_minus", n_x), ca.SX.sym("x_lin", n_x)
@@ -98,11 +102,31 @@ def update_function(model: StateSpaceModel) -> ca.Function:
     return ca.Function(
         "update",
         [x_minus, P_minus, x_lin, y, present],
-        [ca.densify(value) for value in (x_plus, P_plus, v, S, Wt.T, e, H)],
+        [*(ca.densify(value) for value in (x_plus, P_plus, v, S, Wt.T, e)), H, L],
         ["x_minus", "P_minus", "x_lin", "y", "present"],
-        ["x_plus", "P_plus", "v", "S", "W", "e", "H"],
+        ["x_plus", "P_plus", "v", "S", "W", "e", "H", "L"],
         {"cse": True},
     )
+
+
+def regularity_function(model: StateSpaceModel) -> ca.Function:
+    """Return the model's margin from singular coordinates, (n_x,) → ()."""
+    x = ca.SX.sym("x", model.n_x)
+    return ca.Function("regularity", [x], [ca.densify(model.regularity(x))], ["x"], ["margin"])
+
+
+def stage_functions(model: StateSpaceModel) -> list[ca.Function]:
+    """Return ``predict``, ``update`` and ``regularity``: what every estimator's loop calls."""
+    return [predict_function(model), update_function(model), regularity_function(model)]
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Result of a prediction: x⁻ and P⁻, F (n_x, n_x) and G (n_x, n_w)."""
+
+    state: GaussianState
+    F: Array
+    G: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +138,7 @@ class Update:
     state : x⁺ and P⁺
     innovation : v (n_r,), zero in missing rows
     innovation_covariance : S (n_r, n_r)
-    W, e, H : (n_x, n_r), (n_r,), (n_r, n_x), the factors a backward pass needs
+    W, e, H, L : (n_x, n_r), (n_r,), (n_r, n_x), (n_r, n_r), what a backward pass needs
     present : (n_r,) rows that had a reading
     """
 
@@ -124,6 +148,7 @@ class Update:
     W: Array
     e: Array
     H: Array
+    L: Array
     present: NDArray[np.bool_]
 
 
@@ -135,9 +160,9 @@ class KalmanStage:
 
     def __init__(self, model: StateSpaceModel) -> None:
         self.model = model
-        self._predict = FunctionCall(compiled(predict_function(model)))
-        self._update = FunctionCall(compiled(update_function(model)))
-        self._no_noise = np.zeros(model.n_w)
+        self.functions = (predict_function(model), update_function(model))
+        self._predict, self._update = (FunctionCall(compiled(f)) for f in self.functions)
+        self._no_noise, self._unit_noise = np.zeros(model.n_w), np.ones(model.n_w)
 
     def predict(
         self,
@@ -145,46 +170,55 @@ class KalmanStage:
         dt: float,
         x_lin: Array | None = None,
         w_lin: Array | None = None,
-    ) -> GaussianState:
+        noise_scale: Array | None = None,
+    ) -> Prediction:
         """Return x⁻, P⁻ after `dt` seconds, linearised at (x_lin, w_lin).
 
         The filter's own mean and no noise are the default linearisation point.
+
+        Parameters
+        ----------
+        noise_scale : (n_w,) standard deviations of the noises; ones by default
         """
-        n_x = self.model.n_x
-        x_minus, P_minus, _, _ = self._predict(
+        x_minus, P_minus, F, G = self._predict(
             state.mean,
             state.covariance,
             state.mean if x_lin is None else x_lin,
             self._no_noise if w_lin is None else w_lin,
             dt,
+            self._unit_noise if noise_scale is None else noise_scale,
         )
-        return GaussianState(x_minus, P_minus.reshape(n_x, n_x))
+        n_x = self.model.n_x
+        return Prediction(
+            GaussianState(x_minus, P_minus.reshape(n_x, n_x)),
+            F.reshape(n_x, n_x),
+            G.reshape(n_x, -1),
+        )
 
     def derivatives(
         self, x_lin: Array, dt: float, w_lin: Array | None = None
     ) -> tuple[Array, Array]:
         """Return F (n_x, n_x) and G (n_x, n_w) of a step of `dt` seconds at (x_lin, w_lin)."""
         no_covariance = np.zeros((self.model.n_x, self.model.n_x))
-        w_lin = self._no_noise if w_lin is None else w_lin
-        _, _, F, G = self._predict(x_lin, no_covariance, x_lin, w_lin, dt)
-        return F.reshape(self.model.n_x, -1), G.reshape(self.model.n_x, -1)
+        prediction = self.predict(GaussianState(x_lin, no_covariance), dt, x_lin, w_lin)
+        return prediction.F, prediction.G
 
     def update(
         self,
         state: GaussianState,
         y: Array,
-        present: NDArray[np.bool_] | None = None,
+        present: NDArray[np.bool_] | Array | None = None,
         x_lin: Array | None = None,
     ) -> Update:
         """Condition x⁻, P⁻ on stacked readings, NaN where missing, linearised at x_lin.
 
         Parameters
         ----------
-        present : (n_r,) rows to use; those of `rows_present` by default
+        present : (n_r,) rows to use, or their scales; those of `rows_present` by default
         """
         if present is None:
             present = rows_present(self.model, y)
-        x_plus, P_plus, v, S, W, e, H = self._update(
+        x_plus, P_plus, v, S, W, e, H, L = self._update(
             state.mean,
             state.covariance,
             state.mean if x_lin is None else x_lin,
@@ -199,7 +233,8 @@ class KalmanStage:
             W.reshape(n_x, n_r),
             e,
             H.reshape(n_r, n_x),
-            present,
+            L.reshape(n_r, n_r),
+            present.astype(bool),
         )
 
     def output_matrix(self, x: Array, y: Array) -> Array:

@@ -1,25 +1,34 @@
-"""From a CasADi function to machine code, kept between runs.
+"""From generated C to machine code, kept between runs.
 
-The generated C is compiled once and cached under a hash of source, compiler
-and flags. Without a C compiler the function itself is returned: everything
+C source is compiled once and cached under a hash of source, flags, compiler and
+processor. Without a C compiler CasADi interprets the same functions: everything
 works, slower, and a warning says so once.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
+import platform
 import shutil
 import subprocess
+import sys
 import tempfile
 import warnings
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
 import casadi as ca
 
-FLAGS = ("-O1", "-fPIC", "-shared")
-"""No -ffast-math: it breaks NaN."""
+FLAGS = ("-O2", "-march=native", "-ffp-contract=off", "-fPIC", "-shared")
+"""No -ffast-math: it breaks NaN. No contraction: machine code and CasADi's virtual
+machine then round alike."""
+
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
+"""For C written by hand."""
 
 
 def cache_directory() -> Path:
@@ -44,6 +53,17 @@ def compiler() -> str | None:
     return None
 
 
+@cache
+def processor() -> str:
+    """Return what tells processors apart that do not run each other's machine code."""
+    with contextlib.suppress(OSError):
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        told = [x for x in lines if x.split("\t")[0] in ("vendor_id", "model name", "flags")]
+        if told:
+            return "\n".join(sorted(set(told)))
+    return f"{platform.machine()} {platform.processor()}"
+
+
 def compiled(function: ca.Function) -> ca.Function:
     """Return the function as machine code, or itself where there is no compiler.
 
@@ -56,29 +76,77 @@ def compiled(function: ca.Function) -> ca.Function:
     RuntimeError
         If the compiler rejects the generated code; the message is its own.
     """
-    gcc = compiler()
-    if gcc is None:
+    if compiler() is None:
         return function
-    generator = ca.CodeGenerator("generated.c", {"with_header": False})
-    generator.add(function)
-    library = shared_library(generator.dump(), gcc)
+    [library] = function_libraries([[function]])
     return ca.external(function.name(), str(library))
 
 
-def shared_library(source: str, gcc: str) -> Path:
-    """Compile C source to a shared library, or find it in the cache."""
-    key = hashlib.sha256("\0".join((source, gcc, *FLAGS)).encode()).hexdigest()[:24]
-    target = cache_directory() / f"{key}.so"
-    if target.exists():
-        return target
+def function_libraries(groups: Sequence[Sequence[ca.Function]]) -> list[Path]:
+    """Return one shared library per group of functions; see `shared_libraries`."""
+    return shared_libraries([_generated(functions) for functions in groups])
+
+
+def shared_libraries(sources: Sequence[str], flags: Sequence[str] = ()) -> list[Path]:
+    """Compile C sources to shared libraries side by side, or find them in the cache.
+
+    Parameters
+    ----------
+    sources : C99, one library each
+    flags : in addition to `FLAGS`
+
+    Raises
+    ------
+    RuntimeError
+        If there is no compiler, or if it rejects the code; the message is its own.
+    """
+    gcc = compiler()
+    if gcc is None:
+        raise RuntimeError("no C compiler found (CC, gcc, cc)")
+    command = (gcc, *FLAGS, *flags)
+    told = "\0".join((*_identity(gcc), *command, processor()))
+    names = [hashlib.sha256(f"{told}\0{source}".encode()).hexdigest()[:24] for source in sources]
+    targets = [cache_directory() / f"{name}.so" for name in names]
+    missing = [(s, t) for s, t in zip(sources, targets, strict=True) if not t.exists()]
+    if missing:
+        with _notice(), ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+            list(pool.map(lambda pair: _build(command, *pair), missing))
+    return targets
+
+
+def _build(command: Sequence[str], source: str, target: Path) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
         code, built = Path(scratch) / "generated.c", Path(scratch) / "built.so"
         code.write_text(source)
-        result = subprocess.run(
-            [gcc, *FLAGS, str(code), "-o", str(built), "-lm"], capture_output=True, text=True
-        )
+        arguments = [*command, str(code), "-o", str(built), "-lm"]
+        result = subprocess.run(arguments, capture_output=True, text=True)
         if result.returncode != 0:
-            raise RuntimeError(f"{gcc} could not compile generated code: {result.stderr.strip()}")
+            raise RuntimeError(f"{command[0]} could not compile C: {result.stderr.strip()}")
         built.replace(target)  # atomic: two processes may build the same function
-    return target
+
+
+def _generated(functions: Sequence[ca.Function]) -> str:
+    generator = ca.CodeGenerator("generated.c", {"with_header": False})
+    for function in functions:
+        generator.add(function)
+    return generator.dump()
+
+
+@cache
+def _identity(gcc: str) -> tuple[str, str, str]:
+    """Return what changes with the compiler, without running it."""
+    path = Path(gcc).resolve()
+    return str(path), str(path.stat().st_size), str(path.stat().st_mtime_ns)
+
+
+@contextlib.contextmanager
+def _notice() -> Iterator[None]:
+    """Say on a terminal that a compilation is going on, and be quiet elsewhere."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console  # only for a wait on a terminal
+
+    with Console(stderr=True).status("compiling the model's functions (once, then cached) …"):
+        yield

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import enum
 
+REGULARITY_LIMIT = 0.035
+"""|cos θ| of a pen two degrees from upright."""
+
 
 class Status(enum.Flag):
     """Outcome of one step; several can hold at once, none means solved."""

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from mhe.arrival_cost import ARRIVAL_COSTS
+from mhe.loss import LEAST_SQUARES
+from models.arrays import Array
 from models.errors import InputError
 
 HESSIANS = ("gauss-newton", "exact")
@@ -18,10 +23,14 @@ class MheConfig:
     ----------
     horizon : N, intervals between stages; more looks further back and costs more
     arrival_cost : one of `mhe.arrival_cost.ARRIVAL_COSTS`
-    tolerance : IPOPT's convergence tolerance, in standard deviations; smaller iterates
-        longer
-    hessian : ``gauss-newton`` or ``exact``. The exact Hessian of a window is often
-        indefinite far from the optimum, and IPOPT then may leave for another one
+    tolerance : where iterating ends, in standard deviations; smaller iterates longer
+    huber : sensor → threshold of Huber's loss, in standard deviations of the sensor's
+        whole residual; smaller trusts a reading far off less, a sensor that is not
+        named is weighed by least squares. See `mhe.loss`
+    sparse_noise : threshold of Huber's loss on every unit process noise; smaller lets
+        few large jumps through and damps the rest less, None is least squares
+    hessian : of ``mhe-ipopt``, ``gauss-newton`` or ``exact``. The exact Hessian of a window
+        is often indefinite far from the optimum, and IPOPT then may leave for another one
         (on the D-POINT recording it did, into an upright pen); Gauss-Newton always
         descends and ends in the same optimum where both converge
     max_iterations : per step; the best point is returned when it is reached
@@ -31,6 +40,8 @@ class MheConfig:
     horizon: int = 20
     arrival_cost: str = "filtered"
     tolerance: float = 1e-8
+    huber: Mapping[str, float] = field(default_factory=dict)
+    sparse_noise: float | None = None
     hessian: str = "gauss-newton"
     max_iterations: int = 300
     max_time_s: float | None = None
@@ -45,6 +56,11 @@ class MheConfig:
             )
         if not self.tolerance > 0:
             raise InputError(f"tolerance is {self.tolerance}, expected a positive number")
+        for name, threshold in (*self.huber.items(), ("sparse_noise", self.sparse_noise)):
+            if threshold is not None and not threshold > 0:
+                raise InputError(
+                    f"threshold {threshold} of Huber's loss on {name}, expected a positive number"
+                )
         if self.hessian not in HESSIANS:
             raise InputError(
                 f"hessian {self.hessian} is unknown, expected one of {', '.join(HESSIANS)}"
@@ -53,3 +69,29 @@ class MheConfig:
             raise InputError(f"max_iterations is {self.max_iterations}, expected at least 0")
         if self.max_time_s is not None and not self.max_time_s > 0:
             raise InputError(f"max_time_s is {self.max_time_s}, expected a positive time")
+
+    def thresholds(self, sensors: Sequence[str]) -> Array:
+        """Return the thresholds of Huber's loss per sensor, `mhe.loss.LEAST_SQUARES` for none.
+
+        Raises
+        ------
+        InputError
+            If a sensor with a threshold is not among `sensors`.
+        """
+        for name in self.huber:
+            if name not in sensors:
+                raise InputError(
+                    f"Huber's loss on sensor {name}, which is not part of the model; "
+                    f"expected one of {', '.join(sensors)}"
+                )
+        return np.array([self.huber.get(name, LEAST_SQUARES) for name in sensors], dtype=float)
+
+    @property
+    def noise_threshold(self) -> float:
+        """Threshold of Huber's loss on the noises."""
+        return LEAST_SQUARES if self.sparse_noise is None else self.sparse_noise
+
+    @property
+    def has_losses(self) -> bool:
+        """Whether anything is weighed otherwise than by least squares."""
+        return bool(self.huber) or self.sparse_noise is not None

@@ -17,7 +17,7 @@ from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse_prior
 from mhe.config import MheConfig
-from mhe.window import Trajectory, WindowProblem
+from mhe.window import Trajectory, WindowProblem, WindowSolution
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -101,6 +101,16 @@ class MheIpopt:
         status = estimate.status & ~Status.NO_READING | Status.NOT_FINITE
         return window, replace(estimate, status=status)
 
+    def solve(
+        self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
+    ) -> WindowSolution:
+        """Solve one window of at most N + 1 stages from a given start."""
+        window = MheState(prior, measurements, (), None, prior)
+        trajectory, status, iterations = self._solve(window, guess)
+        newest = self._covariance_pass(window, trajectory)[1]
+        cost = self._cost(trajectory, window)
+        return WindowSolution(trajectory, newest, cost, status, iterations)
+
     def _attempt(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
         window, guess = self._slide(state, measurement)
         trajectory, status, iterations = self._solve(window, guess)
@@ -180,17 +190,20 @@ class MheIpopt:
         return Trajectory(np.array(states), trajectory.noises)
 
     def _merit(self, trajectory: Trajectory, window: MheState) -> tuple[float, float]:
-        model, problem = self.model, self._problem
-        violation = 0.0
+        model, violation = self.model, 0.0
         for x in trajectory.states:
             g = np.asarray(model.inequality(x)).ravel()
             outside = np.concatenate([model.lower - x, x - model.upper, g])
             violation = max(violation, float(outside.max(initial=0.0)))
-        parameters = problem.parameters(
-            window.prior, window.measurements, trajectory.states, window.newest.std
-        )
-        cost = float(problem.cost(problem.pack(window.prior, trajectory), parameters))
+        cost = self._cost(trajectory, window)
         return (violation if violation > FEASIBILITY_TOLERANCE else 0.0, cost)
+
+    def _cost(self, trajectory: Trajectory, window: MheState) -> float:
+        problem, no_scale = self._problem, np.ones(self.model.n_x)
+        parameters = problem.parameters(
+            window.prior, window.measurements, trajectory.states, no_scale
+        )
+        return float(problem.cost(problem.pack(window.prior, trajectory), parameters))
 
     def _covariance_pass(
         self, window: MheState, trajectory: Trajectory
@@ -204,7 +217,7 @@ class MheIpopt:
                     times[k] - times[k - 1],
                     trajectory.states[k - 1],
                     trajectory.noises[k - 1],
-                )
+                ).state
             update = self._stage.update(gaussian, measurement.y, x_lin=trajectory.states[k])
             gaussian = update.state
         return update, GaussianState(trajectory.states[-1], gaussian.covariance)

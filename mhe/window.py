@@ -22,6 +22,7 @@ from scipy.linalg import solve_triangular
 
 from estimation.kalman_stage import rows_present, stacked_residual, without_gaps
 from estimation.recording import Measurement
+from estimation.status import Status
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -33,6 +34,25 @@ class Trajectory:
 
     states: Array
     noises: Array
+
+
+@dataclass(frozen=True, eq=False)
+class WindowSolution:
+    """What a solver makes of one window.
+
+    Parameters
+    ----------
+    trajectory : states and noises
+    newest : the newest state with its Gauss-Newton covariance
+    cost : ½ the sum of squares, prior and noises included
+    status, iterations : of the solver
+    """
+
+    trajectory: Trajectory
+    newest: GaussianState
+    cost: float
+    status: Status
+    iterations: int
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,7 +34,7 @@ def moving_states(stage: KalmanStage) -> list[tuple[GaussianState, Array, float]
     times = [m.time_s for m in RUN.measurements]
     for k, measurement in enumerate(RUN.measurements):
         if k:
-            gaussian = stage.predict(gaussian, times[k] - times[k - 1])
+            gaussian = stage.predict(gaussian, times[k] - times[k - 1]).state
         collected.append((gaussian, measurement.y, times[k]))
         gaussian = stage.update(gaussian, measurement.y).state
     return collected
@@ -119,7 +119,7 @@ def test_linear_stage_is_the_same_at_every_linearisation_point() -> None:
     std = np.sqrt(np.diag(wanted.covariance))
     for _ in range(5):
         x, w = 3 * rng.standard_normal(4), rng.standard_normal(4)
-        predicted = stage.predict(SYSTEM.model.prior, dt, x_lin=x, w_lin=w)
+        predicted = stage.predict(SYSTEM.model.prior, dt, x_lin=x, w_lin=w).state
         update = stage.update(predicted, y, x_lin=3 * rng.standard_normal(4))
         assert np.abs((update.state.mean - wanted.mean) / std).max() < 1e-11
         assert relative(update.state.covariance, wanted.covariance) < 1e-11
@@ -128,10 +128,10 @@ def test_linear_stage_is_the_same_at_every_linearisation_point() -> None:
 def test_splitting_a_step_changes_nothing(pen_stage: KalmanStage) -> None:
     for predicted, y, _ in moving_states(pen_stage)[3::5]:
         updated = pen_stage.update(predicted, y).state
-        whole = pen_stage.predict(updated, 0.013)
+        whole = pen_stage.predict(updated, 0.013).state
         split = updated
         for dt in (0.002, 0.0, 0.0105, 0.0005):
-            split = pen_stage.predict(split, dt)
+            split = pen_stage.predict(split, dt).state
         std = whole.std
         assert np.abs((split.mean - whole.mean) / std).max() < 1e-10
         assert relative(split.covariance, whole.covariance) < 1e-10
@@ -156,7 +156,7 @@ def test_covariance_stays_positive_definite_on_a_long_stream() -> None:
     stage, gaussian, y = KalmanStage(model), model.prior, np.zeros(6)
     smallest = np.inf
     for _ in range(3000):
-        gaussian = stage.predict(stage.update(gaussian, y, x_lin=model.prior.mean).state, 0.01)
+        gaussian = stage.predict(stage.update(gaussian, y, x_lin=model.prior.mean).state, 0.01).state
         correlation = gaussian.covariance / np.outer(gaussian.std, gaussian.std)
         smallest = min(smallest, float(np.linalg.eigvalsh(correlation)[0]))
     assert gaussian.std[:3].max() > 100.0  # m

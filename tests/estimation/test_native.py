@@ -82,7 +82,7 @@ def test_compiled_equals_interpreted_on_the_pens_stage() -> None:
     y = np.nan_to_num(run.measurements[1].y)
     present = ~np.isnan(np.delete(run.measurements[1].y, 11))
     cases = [
-        (predict_function(model), (x + 0.1, P, x, rng.standard_normal(15), 0.013)),
+        (predict_function(model), (x + 0.1, P, x, rng.standard_normal(15), 0.013, np.ones(15))),
         (update_function(model), (x + 0.1, P, x, y, present)),
     ]
     for function, arguments in cases:
@@ -119,7 +119,7 @@ def test_cache_is_used_again_and_told_apart_by_content(
 @pytest.mark.usefixtures("own_cache")
 def test_a_compiler_that_fails_says_so() -> None:
     with pytest.raises(RuntimeError, match="could not compile"):
-        native.shared_library("this is not C", native.compiler() or "")
+        native.shared_libraries(["this is not C"])
 
 
 @pytest.mark.usefixtures("own_cache")

@@ -24,7 +24,7 @@ def forward_pass(
     gaussian = stage.update(prior, measurements[0].y, x_lin=states[0]).state
     for k, w in enumerate(noises):
         dt = measurements[k + 1].time_s - measurements[k].time_s
-        predicted = stage.predict(gaussian, dt, x_lin=states[k], w_lin=w)
+        predicted = stage.predict(gaussian, dt, x_lin=states[k], w_lin=w).state
         gaussian = stage.update(predicted, measurements[k + 1].y, x_lin=states[k + 1]).state
     return gaussian
 

@@ -28,7 +28,7 @@ def test_prediction_is_linearised_at_the_point_given(stage: KalmanStage) -> None
         root = np.tril(rng.standard_normal((2, 2))) + 2 * np.eye(2)
         P = root @ root.T
         F, G = pendulum.derivatives(x_lin, w_lin, dt)
-        predicted = stage.predict(GaussianState(x, P), dt, x_lin=x_lin, w_lin=w_lin)
+        predicted = stage.predict(GaussianState(x, P), dt, x_lin=x_lin, w_lin=w_lin).state
         wanted = pendulum.step(x_lin, w_lin, dt) + F @ (x - x_lin) - G @ w_lin
         np.testing.assert_allclose(predicted.mean, wanted, rtol=0, atol=1e-12)
         wanted_P = F @ P @ F.T + G @ G.T

@@ -1,0 +1,87 @@
+/* The extended Kalman filter: predict to the measurement's time, update with what it has.
+ * Behind estimation/engine.c; the structures Memory and Filter are declared in front. */
+
+/* Squared Mahalanobis distance of some rows of an innovation; `count` rows, at most n_r. */
+static double squared_distance(const double *v, const double *S, long long n_r,
+                               const long long *rows, long long count, double *L, double *z)
+{
+    double sum = 0;
+    for (long long i = 0; i < count; i++) {
+        double left = v[rows[i]];
+        for (long long j = 0; j <= i; j++) {
+            double s = S[rows[i] + n_r * rows[j]];
+            for (long long k = 0; k < j; k++) s -= L[i * count + k] * L[j * count + k];
+            L[i * count + j] = i == j ? sqrt(s) : s / L[j * count + j];
+        }
+        for (long long j = 0; j < i; j++) left -= L[i * count + j] * z[j];
+        z[i] = left / L[i * count + i];
+        sum += z[i] * z[i];
+    }
+    return sum;
+}
+
+/* Take the rows of sensors whose readings are too far off out of `used`. */
+static int gate(const Filter *f)
+{
+    const Model *m = &f->model;
+    int rejected = 0;
+    for (long long sensor = 0; sensor < m->n_sensors; sensor++) {
+        long long *rows = f->rows, count = 0;
+        for (long long row = m->first_row[sensor]; row < m->first_row[sensor + 1]; row++)
+            if (f->present[row] != 0) rows[count++] = row;
+        if (count == 0) continue;
+        double distance = squared_distance(f->v, f->S, m->n_r, rows, count, f->L, f->z);
+        if (!(distance > f->gate[count])) continue;
+        for (long long i = 0; i < count; i++) f->used[rows[i]] = 0.0;
+        rejected = 1;
+    }
+    return rejected;
+}
+
+void filter_step(void *self, const double *given, double *memory, double time, const double *y,
+                 double *result)
+{
+    const Filter *f = self;
+    const Model *m = &f->model;
+    const Memory *at = &f->memory;
+    const double start = seconds(), before = given[at->time_s];
+    const double dt = isnan(before) ? 0.0 : time - before;
+    const long long n_x = m->n_x;
+    long long status = 0;
+
+    if (dt < 0) {
+        copy(memory, given, at->size);
+        report_late(m, &f->result, result, before, given + at->mean, given + at->covariance);
+        result[f->result.step_time_s] = seconds() - start;
+        return;
+    }
+    mark_present(m, y, f->present, f->clean);
+    copy(f->used, f->present, m->n_r);
+    predict(m, given + at->mean, given + at->covariance, given + at->mean, f->no_noise, &dt,
+            f->unit_noise, f->x_minus, f->P_minus, 0, 0);
+    double *updated[] = {memory + at->mean, memory + at->covariance, f->v, f->S, 0, 0, 0, 0};
+    update(m, f->x_minus, f->P_minus, f->x_minus, f->clean, f->present, updated);
+    const double *v = f->v, *S = f->S;
+    if (f->gate && gate(f)) {
+        status |= STATUS_GATED;
+        double *again[] = {updated[0], updated[1], 0, 0, 0, 0, 0, 0};
+        update(m, f->x_minus, f->P_minus, f->x_minus, f->clean, f->used, again);
+    }
+    if (!(all_finite(updated[0], n_x) && all_finite(updated[1], n_x * n_x))) {
+        status |= STATUS_NOT_FINITE;
+        copy(updated[0], f->x_minus, n_x);
+        copy(updated[1], f->P_minus, n_x * n_x);
+    }
+    memory[at->time_s] = time;
+    status |= remarks(m, updated[0], updated[1], y, f->used);
+    report(m, &f->result, result, time, updated[0], updated[1], v, S, f->present, status);
+    result[f->result.iterations] = 1;
+    result[f->result.step_time_s] = seconds() - start;
+}
+
+int filter_batch(Filter *f, double *memory, double *other, long long n, const double *time,
+                 const double *y, double *results)
+{
+    double *both[] = {memory, other};
+    return batch(filter_step, f, both, n, time, y, f->model.n_y, results, f->result.size);
+}

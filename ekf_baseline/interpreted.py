@@ -1,0 +1,77 @@
+"""The loop of ekf_baseline/filter.c in Python, for machines without a C compiler."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimation.estimator import remarks
+from estimation.kalman_stage import KalmanStage, Update, rows_present
+from estimation.layout import Layout
+from estimation.result import report, result_layout, stepped
+from estimation.status import Status
+from models.arrays import Array
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
+
+
+class InterpretedFilter:
+    """The EKF's engine around the interpreted stage; see `estimation.engine.Engine`.
+
+    Parameters
+    ----------
+    gate : (n_r + 1,) limits of the squared distance by number of rows; None has no gate
+    """
+
+    def __init__(self, model: StateSpaceModel, memory: Layout, gate: Array | None) -> None:
+        self.memory, self.result = memory, result_layout(model)
+        self._model, self._gate = model, gate
+        self._stage = KalmanStage(model)
+
+    def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
+        """Return the state after a measurement and what the step says; `given` stays."""
+        start, model, at = time.perf_counter(), self._model, self.memory
+        before = float(at.view(given, "time_s"))
+        state = GaussianState(at.view(given, "mean"), at.view(given, "covariance"))
+        if time_s < before:
+            return given.copy(), report(self.result, before, state, None, Status.LATE, 0)
+        dt = 0.0 if np.isnan(before) else time_s - before
+        present, status = rows_present(model, y), Status.SOLVED
+        predicted = self._stage.predict(state, dt).state
+        first = update = self._stage.update(predicted, y, present)
+        if (rejected := self._gated(update)).any():
+            status |= Status.GATED
+            update = self._stage.update(predicted, y, present & ~rejected)
+        gaussian = update.state
+        if not (np.isfinite(gaussian.mean).all() and np.isfinite(gaussian.covariance).all()):
+            status |= Status.NOT_FINITE
+            gaussian = predicted
+        status |= remarks(model, gaussian, y, update.present)
+        result = report(self.result, time_s, gaussian, first, status)
+        memory = np.empty(at.size)
+        at.view(memory, "time_s")[...] = time_s
+        at.view(memory, "mean")[:] = gaussian.mean
+        at.view(memory, "covariance")[:] = gaussian.covariance
+        self.result.view(result, "step_time_s")[...] = time.perf_counter() - start
+        return memory, result
+
+    def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
+        """Return the state after n measurements and what each step says, (n, result.size)."""
+        return stepped(self, given, time_s, y)
+
+    def _gated(self, update: Update) -> NDArray[np.bool_]:
+        """Return the rows (n_r,) of sensors whose readings are too far off."""
+        rejected = np.zeros(self._model.n_r, dtype=bool)
+        if self._gate is None:
+            return rejected
+        start = 0
+        for sensor in self._model.sensors:
+            rows = start + np.flatnonzero(update.present[start : start + sensor.n_r])
+            start += sensor.n_r
+            if len(rows) == 0:
+                continue
+            v, S = update.innovation[rows], update.innovation_covariance[np.ix_(rows, rows)]
+            rejected[rows] = v @ np.linalg.solve(S, v) > self._gate[len(rows)]
+        return rejected

@@ -1,0 +1,129 @@
+"""What a step of an estimator's loop says, as one flat array."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from estimation.estimate import Estimate, EstimateHistory, Window
+from estimation.kalman_stage import Update
+from estimation.layout import Layout
+from estimation.status import Status
+from models.arrays import Array
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
+
+
+class Engine(Protocol):
+    """Steps on flat arrays; see `memory` and `result` for what is in them."""
+
+    memory: Layout
+    result: Layout
+
+    def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
+        """Return the state after a measurement and what the step says; `given` stays."""
+
+    def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
+        """Return the state after n measurements and what each step says, (n, result.size)."""
+
+
+def result_layout(model: StateSpaceModel) -> Layout:
+    """Return what every step says; ``cost`` is NaN where an estimator has none."""
+    n_x, n_r = model.n_x, model.n_r
+    return Layout(
+        "Result",
+        {
+            "time_s": (),
+            "mean": (n_x,),
+            "covariance": (n_x, n_x),
+            "innovation": (n_r,),
+            "innovation_covariance": (n_r, n_r),
+            "status": (),
+            "iterations": (),
+            "cost": (),
+            "step_time_s": (),
+        },
+    )
+
+
+class ResultReader:
+    """From a step's flat array to an `Estimate`, without copies."""
+
+    def __init__(self, model: StateSpaceModel) -> None:
+        self.layout = result_layout(model)
+        self._model = model
+        parts, n_x, n_r = self.layout.slices, model.n_x, model.n_r
+        self._mean, self._covariance = parts["mean"], parts["covariance"]
+        self._v, self._S = parts["innovation"], parts["innovation_covariance"]
+        self._square_x, self._square_r = (n_x, n_x), (n_r, n_r)
+        self._status, self._iterations = parts["status"].start, parts["iterations"].start
+        self._time = parts["time_s"].start
+        self._statuses: dict[float, Status] = {}
+
+    def estimate(self, result: Array, window: Window | None = None) -> Estimate:
+        """Return one step's estimate; its arrays are views of `result`."""
+        return Estimate(
+            result.item(self._time),
+            GaussianState(result[self._mean], result[self._covariance].reshape(self._square_x)),
+            self.status(result.item(self._status)),
+            result[self._v],
+            result[self._S].reshape(self._square_r),
+            int(result.item(self._iterations)),
+            window,
+        )
+
+    def status(self, number: float) -> Status:
+        """Return the status of its number: looked up, as building one takes long."""
+        status = self._statuses.get(number)
+        if status is None:
+            status = self._statuses[number] = Status(int(number))
+        return status
+
+    def history(self, estimator: str, results: Array) -> EstimateHistory:
+        """Return the history of n steps (n, result.size)."""
+        view = self.layout.view
+        return EstimateHistory(
+            estimator=estimator,
+            state_names=self._model.state_names,
+            time_s=view(results, "time_s"),
+            mean=view(results, "mean"),
+            covariance=view(results, "covariance"),
+            innovation=view(results, "innovation"),
+            innovation_covariance=view(results, "innovation_covariance"),
+            status=tuple(self.status(number) for number in view(results, "status")),
+            iterations=view(results, "iterations"),
+            step_time_s=view(results, "step_time_s"),
+        )
+
+
+def report(
+    layout: Layout,
+    time_s: float,
+    state: GaussianState,
+    update: Update | None,
+    status: Status,
+    iterations: int = 1,
+    cost: float = np.nan,
+) -> Array:
+    """Return a step's flat array; without an update it has no innovation."""
+    result = np.full(layout.size, np.nan)
+    layout.view(result, "time_s")[...] = time_s
+    layout.view(result, "mean")[:] = state.mean
+    layout.view(result, "covariance")[:] = state.covariance
+    if update is not None:
+        innovation = np.where(update.present, update.innovation, np.nan)
+        layout.view(result, "innovation")[:] = innovation
+        layout.view(result, "innovation_covariance")[:] = update.innovation_covariance
+    layout.view(result, "status")[...] = status.value
+    layout.view(result, "iterations")[...] = iterations
+    layout.view(result, "cost")[...] = cost
+    return result
+
+
+def stepped(engine: Engine, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
+    """Return the state after n steps of an interpreted engine and what each says."""
+    results, memory = np.empty((len(time_s), engine.result.size)), given
+    for k, t in enumerate(time_s):
+        memory, results[k] = engine.step(memory, float(t), y[k])
+    return memory, results

@@ -1,0 +1,117 @@
+"""The window's loop in C: mhe/window.c around a model's generated functions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+
+from estimation.engine import CompiledEngine, Loop
+from estimation.kalman_stage import stage_functions
+from estimation.layout import Layout
+from mhe.arrival_cost import ARRIVAL_COSTS, RELINEARISATION_LIMIT
+from mhe.config import MheConfig
+from mhe.line_search import LINE_SEARCH
+from mhe.stage_functions import window_functions
+from models.arrays import Array
+from models.state_space import StateSpaceModel
+
+
+class CompiledWindow(CompiledEngine):
+    """The engine of the real-time estimators; see `mhe.realtime`.
+
+    Parameters
+    ----------
+    iterates : passes to convergence, or one pass a sample
+    """
+
+    def __init__(
+        self, model: StateSpaceModel, config: MheConfig, memory: Layout, iterates: bool
+    ) -> None:
+        stage = stage_functions(model)
+        predict, update, _ = stage
+        window = window_functions(model, predict, update)
+        loop = Loop(
+            source=Path(__file__).with_name("window.c"),
+            entry="window",
+            memory=memory,
+            functions=[*([function] for function in stage), window],
+            fields={
+                "work": _work(model, config.horizon + 1, predict, update),
+                "nnz_F": predict.nnz_out("F"),
+                "nnz_G": predict.nnz_out("G"),
+                "nnz_H": update.nnz_out("H"),
+                "nnz_L": update.nnz_out("L"),
+                **{f.name(): f.name() for f in window},
+                "huber": config.thresholds([sensor.name for sensor in model.sensors]),
+                "huber_noise": config.noise_threshold,
+                "has_losses": config.has_losses,
+                "arrival": list(ARRIVAL_COSTS).index(config.arrival_cost),
+                "constant_covariance": model.prior.covariance,
+                "relinearisation_limit": RELINEARISATION_LIMIT,
+                "iterate": iterates,
+                "n_stages": config.horizon + 1,
+                "tolerance": config.tolerance,
+                "most_iterations": config.max_iterations,
+                "most_seconds": np.inf if config.max_time_s is None else config.max_time_s,
+                "nothing": np.full(model.n_y, np.nan),
+            },
+            constants={
+                **{f"ARRIVAL_{name}": i for i, name in enumerate(ARRIVAL_COSTS)},
+                **LINE_SEARCH,
+            },
+        )
+        super().__init__(model, loop)
+
+    def solve(self, given: Array) -> tuple[Array, Array]:
+        """Converge on a window as it stands; return it solved, and the result."""
+        memory, result = given.copy(), np.full(self.result.size, np.nan)
+        self.call("window_solve", memory, result)
+        return memory, result
+
+
+def _work(
+    model: StateSpaceModel, n_stages: int, predict: ca.Function, update: ca.Function
+) -> dict[str, Array]:
+    """Return the workspace: one row per stage, and single vectors and matrices."""
+    n_x, n_w, n_r = model.n_x, model.n_w, model.n_r
+    stages = {
+        "x_plus": n_x,
+        "P_plus": n_x * n_x,
+        "W": n_x * n_r,
+        "e": n_r,
+        "H": update.nnz_out("H"),
+        "L": update.nnz_out("L"),
+        "F": predict.nnz_out("F"),
+        "G": predict.nnz_out("G"),
+        "x_s": n_x,
+        "w_s": n_w,
+        "x_try": n_x,
+        "w_try": n_w,
+        "row_scale": n_r,
+        "row_scale_try": n_r,
+        "noise_scale": n_w,
+        "noise_scale_try": n_w,
+    }
+    single = {
+        "x_minus": n_x,
+        "P_minus": n_x * n_x,
+        "v": n_r,
+        "S": n_r * n_r,
+        "lambda": n_x,
+        "lambda_hat": n_x,
+        "mu": n_x,
+        "mu_old": n_x,
+        "P_mu": n_x,
+        "d": n_x,
+        "d_try": n_x,
+        "z": n_x,
+        "L_prior": n_x * n_x,
+        "no_noise": n_w,
+    }
+    return {
+        **{name: np.zeros(n_stages * width) for name, width in stages.items()},
+        **{name: np.zeros(width) for name, width in single.items()},
+        "unit_noises": np.ones(n_stages * n_w),
+    }

@@ -1,0 +1,162 @@
+"""The real-time moving-horizon estimators: Gauss-Newton passes of the Kalman stage.
+
+A Gauss-Newton step of the window problem (`mhe.window`) is a pass of the EKF's own stage
+over the window, linearised at the current trajectory, and a smoother's pass back
+(`mhe.stage_functions`). Both run in compiled C, mhe/window.c; without a compiler the same
+stages run in CasADi's virtual machine (`mhe.interpreted`).
+
+``mhe-rti`` makes one pass per sample and takes its full step. ``mhe`` makes passes until a
+step is shorter than the tolerance, in standard deviations; a backtracking line search
+keeps the window's cost from ever rising, so it cannot diverge.
+
+References
+----------
+Bell (1994), The iterated Kalman smoother as a Gauss-Newton method, SIAM J. Optim. 4(3).
+Diehl, Bock, Schlöder (2005), A real-time iteration scheme for nonlinear optimization in
+optimal feedback control, SIAM J. Control Optim. 43(5).
+Särkkä, Svensson (2020), Levenberg-Marquardt and line-search extended Kalman smoothers,
+ICASSP.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from estimation import native
+from estimation.estimate import Estimate, EstimateHistory, Window
+from estimation.kalman_stage import rows_present, without_gaps
+from estimation.layout import Layout
+from estimation.recording import Measurement
+from estimation.result import ResultReader
+from mhe.arrival_cost import diffuse_prior
+from mhe.compiled import CompiledWindow
+from mhe.config import MheConfig
+from mhe.interpreted import InterpretedWindow
+from mhe.window import Trajectory, WindowSolution
+from models.arrays import Array
+from models.errors import InputError
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
+
+
+@dataclass(frozen=True, eq=False)
+class WindowState:
+    """The window after the last measurement, as one flat array; see `window_memory`."""
+
+    memory: Array
+
+
+def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
+    """Return the layout of a window: stages oldest first, `count` of them.
+
+    ``predicted`` is x_k|k-1 of each stage when it was the newest, ``newest_mean`` and
+    ``newest_covariance`` the last estimate.
+    """
+    n_x, n_w = model.n_x, model.n_w
+    return Layout(
+        "Memory",
+        {
+            "count": (),
+            "times": (n_stages,),
+            "y": (n_stages, model.n_y),
+            "present": (n_stages, model.n_r),
+            "x": (n_stages, n_x),
+            "w": (n_stages - 1, n_w),
+            "predicted": (n_stages, n_x),
+            "prior_mean": (n_x,),
+            "prior_covariance": (n_x, n_x),
+            "newest_mean": (n_x,),
+            "newest_covariance": (n_x, n_x),
+        },
+    )
+
+
+class MheRti:
+    """Real-time iteration: one Gauss-Newton pass per sample."""
+
+    name = "mhe-rti"
+    iterates = False
+
+    def __init__(self, model: StateSpaceModel, config: MheConfig | None = None) -> None:
+        self.model = model
+        self.config = config or MheConfig()
+        _refuse_constraints(self.name, model)
+        memory = window_memory(model, self.config.horizon + 1)
+        engine = InterpretedWindow if native.compiler() is None else CompiledWindow
+        self._engine = engine(model, self.config, memory, self.iterates)
+        self._reader = ResultReader(model)
+        self._times, self._x = memory.slices["times"].start, memory.slices["x"].start
+
+    def init(self) -> WindowState:
+        """Return the state before the first measurement, from the model's prior."""
+        prior = self.model.prior
+        if self.config.arrival_cost == "none":
+            prior = diffuse_prior(self.model)
+        layout = self._engine.memory
+        memory = np.zeros(layout.size)
+        for part in ("prior", "newest"):
+            layout.view(memory, f"{part}_mean")[:] = prior.mean
+            layout.view(memory, f"{part}_covariance")[:] = prior.covariance
+        return WindowState(memory)
+
+    def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
+        """Slide the window onto the measurement and solve it."""
+        memory, result = self._engine.step(state.memory, measurement.time_s, measurement.y)
+        count, n_x = int(memory.item(0)), self.model.n_x
+        times = memory[self._times : self._times + count]
+        states = memory[self._x : self._x + count * n_x].reshape(count, n_x)
+        return WindowState(memory), self._reader.estimate(result, Window(times, states))
+
+    def batch(
+        self, state: WindowState, time_s: Array, y: Array
+    ) -> tuple[WindowState, EstimateHistory]:
+        """Take n measurements in one call; the same as n steps.
+
+        Parameters
+        ----------
+        time_s, y : (n,), (n, n_y), as of `estimation.recording.Recording.stacked`
+        """
+        memory, results = self._engine.batch(state.memory, time_s, y)
+        return WindowState(memory), self._reader.history(self.name, results)
+
+    def solve(
+        self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
+    ) -> WindowSolution:
+        """Solve one window of at most N + 1 stages from a given start, to convergence."""
+        layout, count = self._engine.memory, len(measurements)
+        memory = np.zeros(layout.size)
+        layout.view(memory, "count")[...] = count
+        layout.view(memory, "times")[:count] = [m.time_s for m in measurements]
+        layout.view(memory, "y")[:count] = [without_gaps(m.y) for m in measurements]
+        layout.view(memory, "present")[:count] = [
+            rows_present(self.model, m.y) for m in measurements
+        ]
+        layout.view(memory, "x")[:count] = guess.states
+        layout.view(memory, "w")[: count - 1] = guess.noises
+        layout.view(memory, "prior_mean")[:] = prior.mean
+        layout.view(memory, "prior_covariance")[:] = prior.covariance
+        memory, result = self._engine.solve(memory)
+        estimate = self._reader.estimate(result)
+        found = Trajectory(
+            layout.view(memory, "x")[:count].copy(), layout.view(memory, "w")[: count - 1].copy()
+        )
+        cost = float(self._reader.layout.view(result, "cost"))
+        return WindowSolution(found, estimate.state, cost, estimate.status, estimate.iterations)
+
+
+class Mhe(MheRti):
+    """Passes to convergence, with a line search."""
+
+    name = "mhe"
+    iterates = True
+
+
+def _refuse_constraints(name: str, model: StateSpaceModel) -> None:
+    bounded = np.isfinite(model.lower).any() or np.isfinite(model.upper).any()
+    if bounded or model.inequality.numel_out(0):
+        raise InputError(
+            f"{name} does not know bounds and inequalities yet and model {model.name} has some; "
+            "expected a model without them, or mhe-ipopt"
+        )

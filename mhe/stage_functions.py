@@ -1,0 +1,134 @@
+"""The symbolic functions of one stage that a pass back over a window needs.
+
+With the forward stage's results (`estimation.kalman_stage`), from the newest stage to
+the oldest, λ̂ = 0 at the newest (modified Bryson-Frazier form):
+
+    retreat:  λ̂ = Fᵀ λ,   w_s = -D² Gᵀ λ
+    smooth:   x_s = x⁺ ⊞ (-P⁺ λ̂),   λ = λ̂ - Hᵀ L⁻ᵀ (Wᵀ λ̂ + e)
+
+Below the oldest stage, x_s = x̄ ⊞ (-P̄ λ). No covariance is ever inverted.
+
+References
+----------
+Bierman (1973), Fixed interval smoothing with discrete measurements, Int. J. Control 18(1).
+Bell (1994), The iterated Kalman smoother as a Gauss-Newton method, SIAM J. Optim. 4(3).
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from estimation.kalman_stage import stacked_residual
+from mhe.loss import huber, huber_weight
+from models.state_space import StateSpaceModel
+
+
+def retreat_function(model: StateSpaceModel, predict: ca.Function) -> ca.Function:
+    """Return (λ, F, G, diagonal of D) → (λ̂, w_s); F and G as `predict` leaves them."""
+    lam, noise_scale = ca.SX.sym("lam", model.n_x), ca.SX.sym("noise_scale", model.n_w)
+    F = ca.SX.sym("F", predict.sparsity_out("F"))
+    G = ca.SX.sym("G", predict.sparsity_out("G"))
+    lam_hat, w_s = F.T @ lam, -(noise_scale**2) * (G.T @ lam)
+    return _function(
+        "retreat",
+        {"lam": lam, "F": F, "G": G, "noise_scale": noise_scale},
+        lam_hat=lam_hat,
+        w_s=w_s,
+    )
+
+
+def smooth_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
+    """Return (x⁺, P⁺, λ̂, W, e, L, H, x̃) → (x_s, λ, ‖H (x_s ⊟ x̃) / σ‖²)."""
+    n_x, n_r = model.n_x, model.n_r
+    x_plus, P_plus = ca.SX.sym("x_plus", n_x), ca.SX.sym("P_plus", n_x, n_x)
+    lam_hat, x_lin = ca.SX.sym("lam_hat", n_x), ca.SX.sym("x_lin", n_x)
+    W, e = ca.SX.sym("W", n_x, n_r), ca.SX.sym("e", n_r)
+    L = ca.SX.sym("L", update.sparsity_out("L"))
+    H = ca.SX.sym("H", update.sparsity_out("H"))
+    x_s = model.retract(x_plus, -P_plus @ lam_hat)
+    lam = lam_hat - H.T @ ca.solve(L.T, W.T @ lam_hat + e)
+    seen = H @ model.difference(x_s, x_lin) / model.noise_std
+    arguments = {
+        "x_plus": x_plus,
+        "P_plus": P_plus,
+        "lam_hat": lam_hat,
+        "W": W,
+        "e": e,
+        "L": L,
+        "H": H,
+        "x_lin": x_lin,
+    }
+    return _function("smooth", arguments, x_s=x_s, lam=lam, length=ca.sumsqr(seen))
+
+
+def measure_function(model: StateSpaceModel) -> ca.Function:
+    """Return (x, y, present, thresholds (n_sensors,)) → (row scale (n_r,), cost)."""
+    x, y = ca.SX.sym("x", model.n_x), ca.SX.sym("y", model.n_y)
+    present = ca.SX.sym("present", model.n_r)
+    threshold = ca.SX.sym("threshold", len(model.sensors))
+    r = present * stacked_residual(model, y, x) / model.noise_std
+    scales, cost, row = [ca.SX(0, 1)], ca.SX(0), 0
+    for i, sensor in enumerate(model.sensors):
+        rows = slice(row, row + sensor.n_r)
+        squared = ca.sumsqr(r[rows])
+        scales.append(present[rows] * ca.sqrt(huber_weight(squared, threshold[i])))
+        cost += huber(squared, threshold[i])
+        row += sensor.n_r
+    arguments = {"x": x, "y": y, "present": present, "threshold": threshold}
+    return _function("measure", arguments, row_scale=ca.vertcat(*scales), cost=cost)
+
+
+def shake_function(model: StateSpaceModel) -> ca.Function:
+    """Return (w, threshold) → (diagonal of D (n_w,), cost)."""
+    w, threshold = ca.SX.sym("w", model.n_w), ca.SX.sym("threshold")
+    parts = [w[i] ** 2 for i in range(model.n_w)]
+    scale = [1 / ca.sqrt(huber_weight(part, threshold)) for part in parts]
+    cost = sum((huber(part, threshold) for part in parts), ca.SX(0))
+    arguments = {"w": w, "threshold": threshold}
+    return _function("shake", arguments, noise_scale=ca.vertcat(ca.SX(0, 1), *scale), cost=cost)
+
+
+def misjudge_function(model: StateSpaceModel) -> ca.Function:
+    """Return (x̄, x, y, present) → by how many σ a linearisation at x̄ is off at x.
+
+    ``max |r(x) - (r(x̄) - H (x ⊟ x̄))| / σ`` over the rows present.
+    """
+    mean, x = ca.SX.sym("mean", model.n_x), ca.SX.sym("x", model.n_x)
+    y, present = ca.SX.sym("y", model.n_y), ca.SX.sym("present", model.n_r)
+    delta = ca.SX.sym("delta", model.n_x)
+    r = stacked_residual(model, y, model.retract(mean, delta))
+    origin = ca.SX.zeros(model.n_x)
+    slope = ca.substitute(ca.jtimes(r, delta, model.difference(x, mean)), delta, origin)
+    expected = ca.substitute(r, delta, origin) + slope
+    off = ca.fabs(present * (stacked_residual(model, y, x) - expected) / model.noise_std)
+    arguments = {"mean": mean, "x": x, "y": y, "present": present}
+    return _function("misjudge", arguments, off=ca.mmax(ca.vertcat(0, off)))
+
+
+def window_functions(
+    model: StateSpaceModel, predict: ca.Function, update: ca.Function
+) -> list[ca.Function]:
+    """Return all functions of a window, the model's own under the names of the loop."""
+    x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
+    delta, other = ca.SX.sym("delta", model.n_x), ca.SX.sym("other", model.n_x)
+    return [
+        retreat_function(model, predict),
+        smooth_function(model, update),
+        measure_function(model),
+        shake_function(model),
+        misjudge_function(model),
+        _function("move", {"x": x, "w": w, "dt": dt}, reached=model.f(x, w, dt)),
+        _function("retract", {"x": x, "delta": delta}, moved=model.retract(x, delta)),
+        _function("difference", {"to": x, "origin": other}, delta=model.difference(x, other)),
+    ]
+
+
+def _function(name: str, arguments: dict[str, ca.SX], **results: ca.SX) -> ca.Function:
+    return ca.Function(
+        name,
+        list(arguments.values()),
+        [ca.densify(value) for value in results.values()],
+        list(arguments),
+        list(results),
+        {"cse": True},
+    )
