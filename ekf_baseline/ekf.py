@@ -118,19 +118,22 @@ def _gate(model: StateSpaceModel, probability: float | None) -> Array | None:
 
 def _loop(model: StateSpaceModel, memory: Layout, gate: Array | None) -> Loop:
     n_x, n_w, n_y, n_r = model.n_x, model.n_w, model.n_y, model.n_r
+    predict, update, *small = stage_functions(model)
     return Loop(
-        source=Path(__file__).with_name("filter.c"),
+        sources=[Path(__file__).with_name("filter.c")],
         entry="filter",
         memory=memory,
-        functions=[[function] for function in stage_functions(model)],
+        functions=[[predict], [update], small],
         fields={
             "gate": gate,
+            "no_deviation": np.zeros(n_x),
             "no_noise": np.zeros(n_w),
             "unit_noise": np.ones(n_w),
             "present": np.zeros(n_r),
             "used": np.zeros(n_r),
             "clean": np.zeros(n_y),
             "x_minus": np.zeros(n_x),
+            "d_plus": np.zeros(n_x),
             "P_minus": np.zeros((n_x, n_x)),
             "v": np.zeros(n_r),
             "S": np.zeros((n_r, n_r)),

@@ -57,24 +57,26 @@ void filter_step(void *self, const double *given, double *memory, double time, c
     }
     mark_present(m, y, f->present, f->clean);
     copy(f->used, f->present, m->n_r);
-    predict(m, given + at->mean, given + at->covariance, given + at->mean, f->no_noise, &dt,
-            f->unit_noise, f->x_minus, f->P_minus, 0, 0);
-    double *updated[] = {memory + at->mean, memory + at->covariance, f->v, f->S, 0, 0, 0, 0};
-    update(m, f->x_minus, f->P_minus, f->x_minus, f->clean, f->present, updated);
-    const double *v = f->v, *S = f->S;
+    double *predicted[] = {f->x_minus, 0, f->P_minus, 0, 0};
+    predict(m, f->no_deviation, given + at->covariance, given + at->mean, f->no_noise, &dt,
+            f->unit_noise, predicted);
+    double *mean = memory + at->mean, *covariance = memory + at->covariance;
+    double *updated[] = {f->d_plus, covariance, f->v, f->S, 0, 0, 0, 0};
+    update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->present, updated);
     if (f->gate && gate(f)) {
         status |= STATUS_GATED;
-        double *again[] = {updated[0], updated[1], 0, 0, 0, 0, 0, 0};
-        update(m, f->x_minus, f->P_minus, f->x_minus, f->clean, f->used, again);
+        double *again[] = {f->d_plus, covariance, 0, 0, 0, 0, 0, 0};
+        update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->used, again);
     }
-    if (!(all_finite(updated[0], n_x) && all_finite(updated[1], n_x * n_x))) {
+    retract(m, f->x_minus, f->d_plus, mean);
+    if (!(all_finite(mean, n_x) && all_finite(covariance, n_x * n_x))) {
         status |= STATUS_NOT_FINITE;
-        copy(updated[0], f->x_minus, n_x);
-        copy(updated[1], f->P_minus, n_x * n_x);
+        copy(mean, f->x_minus, n_x);
+        copy(covariance, f->P_minus, n_x * n_x);
     }
     memory[at->time_s] = time;
-    status |= remarks(m, updated[0], updated[1], y, f->used);
-    report(m, &f->result, result, time, updated[0], updated[1], v, S, f->present, status);
+    status |= remarks(m, mean, covariance, y, f->used);
+    report(m, &f->result, result, time, mean, covariance, f->v, f->S, f->present, status);
     result[f->result.iterations] = 1;
     result[f->result.step_time_s] = seconds() - start;
 }

@@ -34,23 +34,29 @@ static inline int all_finite(const double *a, long long n)
     return 1;
 }
 
-static void predict(const Model *m, const double *x_plus, const double *P_plus,
+/* δ⁻ around f(x̃, w̃) in `reached`, P⁻, F, G; a result that is not wanted is 0. */
+static void predict(const Model *m, const double *d_plus, const double *P_plus,
                     const double *x_lin, const double *w_lin, const double *dt,
-                    const double *noise_scale, double *x_minus, double *P_minus, double *F,
-                    double *G)
+                    const double *noise_scale, double *results[5])
 {
-    const double *arguments[] = {x_plus, P_plus, x_lin, w_lin, dt, noise_scale};
-    double *results[] = {x_minus, P_minus, F, G};
+    const double *arguments[] = {d_plus, P_plus, x_lin, w_lin, dt, noise_scale};
     m->predict(arguments, results, 0, 0, 0);
 }
 
-/* x⁺, P⁺, v, S, W, e, H, L; a result that is not wanted is 0. */
-static void update(const Model *m, const double *x_minus, const double *P_minus,
+/* δ⁺, P⁺, v, S, W, e, H, L. */
+static void update(const Model *m, const double *d_minus, const double *P_minus,
                    const double *x_lin, const double *y, const double *present,
                    double *results[8])
 {
-    const double *arguments[] = {x_minus, P_minus, x_lin, y, present};
+    const double *arguments[] = {d_minus, P_minus, x_lin, y, present};
     m->update(arguments, results, 0, 0, 0);
+}
+
+static void retract(const Model *m, const double *x, const double *delta, double *moved)
+{
+    const double *arguments[] = {x, delta};
+    double *results[] = {moved};
+    m->retract(arguments, results, 0, 0, 0);
 }
 
 /* Which rows have all readings they need, and readings with zero where there is none. */

@@ -1,16 +1,18 @@
 """The Kalman stage: predict and update, symbolically, at any linearisation point.
 
-The stage that the EKF and every pass of an optimisation-based estimator share.
-At a trajectory (x̃, w̃) that may differ from the filter's own mean:
+The stage that the EKF and every pass of an optimisation-based estimator share. States are
+x = x̃ ⊞ δ around a trajectory (x̃, w̃) that may differ from the filter's own mean:
 
-    predict:  x⁻ = f(x̃, w̃) ⊞ (F (x⁺ ⊟ x̃) - G w̃),   P⁻ = F P⁺ Fᵀ + G D² Gᵀ
-    update:   v = residual(y, x̃) - H (x⁻ ⊟ x̃),   L Lᵀ = H P⁻ Hᵀ + R
+    predict:  δ⁻ = F δ⁺ - G w̃ around f(x̃, w̃),   P⁻ = F P⁺ Fᵀ + G D² Gᵀ
+    update:   v = residual(y, x̃) - H δ⁻,   L Lᵀ = H P⁻ Hᵀ + R
               W = P⁻ Hᵀ L⁻ᵀ,   e = L⁻¹ v
-              x⁺ = x⁻ ⊞ W e,   P⁺ = P⁻ - W Wᵀ
+              δ⁺ = δ⁻ + W e,   P⁺ = P⁻ - W Wᵀ
 
-with ⊞ the model's ``retract``, ⊟ its ``difference``, F, G and H derivatives
-along the tangent space at (x̃, w̃). A missing row has its row of v and H zero; a
-loss other than least squares scales rows of v and H, and the noises by D.
+with ⊞ the model's ``retract``, ⊟ its ``difference``, F, G and H derivatives along the
+tangent space at (x̃, w̃). A missing row has its row of v and H zero; a loss other than
+least squares scales rows of v and H, and the noises by D. Deviations, not means, are
+carried from stage to stage: an angle may deviate by more than a turn before it wraps, and
+the pass stays the linear solve that it is.
 """
 
 from __future__ import annotations
@@ -36,11 +38,11 @@ def _symmetric(matrix: ca.SX) -> ca.SX:
 def predict_function(model: StateSpaceModel) -> ca.Function:
     """Return the symbolic predict stage of a model.
 
-    (x⁺ (n_x,), P⁺ (n_x, n_x), x̃ (n_x,), w̃ (n_w,), Δt, diagonal of D (n_w,))
-    → (x⁻, P⁻, F, G); F and G are sparse.
+    (δ⁺ (n_x,), P⁺ (n_x, n_x), x̃ (n_x,), w̃ (n_w,), Δt, diagonal of D (n_w,))
+    → (f(x̃, w̃), δ⁻, P⁻, F, G); F and G are sparse.
     """
     n_x, n_w = model.n_x, model.n_w
-    x_plus, x_lin = ca.SX.sym("x_plus", n_x), ca.SX.sym("x_lin", n_x)
+    d_plus, x_lin = ca.SX.sym("d_plus", n_x), ca.SX.sym("x_lin", n_x)
     w_lin, dt = ca.SX.sym("w_lin", n_w), ca.SX.sym("dt")
     P_plus, noise_scale = ca.SX.sym("P_plus", n_x, n_x), ca.SX.sym("noise_scale", n_w)
     delta = ca.SX.sym("delta", n_x)
@@ -52,16 +54,15 @@ def predict_function(model: StateSpaceModel) -> ca.Function:
     shaken = model.difference(model.f(x_lin, w, dt), reached)
     G = ca.substitute(ca.jacobian(shaken, w), w, w_lin)
 
-    step = F @ model.difference(x_plus, x_lin) - G @ w_lin
-    x_minus = model.retract(reached, step)
+    d_minus = F @ d_plus - G @ w_lin
     GD = G @ ca.diag(noise_scale)
     P_minus = _symmetric(F @ P_plus @ F.T + GD @ GD.T)
     return ca.Function(
         "predict",
-        [x_plus, P_plus, x_lin, w_lin, dt, noise_scale],
-        [ca.densify(x_minus), ca.densify(P_minus), F, G],
-        ["x_plus", "P_plus", "x_lin", "w_lin", "dt", "noise_scale"],
-        ["x_minus", "P_minus", "F", "G"],
+        [d_plus, P_plus, x_lin, w_lin, dt, noise_scale],
+        [*(ca.densify(value) for value in (reached, d_minus, P_minus)), F, G],
+        ["d_plus", "P_plus", "x_lin", "w_lin", "dt", "noise_scale"],
+        ["reached", "d_minus", "P_minus", "F", "G"],
         {"cse": True},
     )
 
@@ -78,12 +79,12 @@ def stacked_residual(model: StateSpaceModel, y: ca.SX, x: ca.SX) -> ca.SX:
 def update_function(model: StateSpaceModel) -> ca.Function:
     """Return the symbolic update stage of a model.
 
-    (x⁻, P⁻, x̃, y (n_y,), present (n_r,)) → (x⁺, P⁺, v, S, W, e, H, L); `present` is
+    (δ⁻, P⁻, x̃, y (n_y,), present (n_r,)) → (δ⁺, P⁺, v, S, W, e, H, L); `present` is
     1 for rows that have a reading and 0 for missing ones, whose y must be finite. H
     and L are sparse.
     """
     n_x = model.n_x
-    x_minus, x_lin = ca.SX.sym("x_minus", n_x), ca.SX.sym("x_lin", n_x)
+    d_minus, x_lin = ca.SX.sym("d_minus", n_x), ca.SX.sym("x_lin", n_x)
     P_minus = ca.SX.sym("P_minus", n_x, n_x)
     y, present = ca.SX.sym("y", model.n_y), ca.SX.sym("present", model.n_r)
     delta = ca.SX.sym("delta", n_x)
@@ -91,20 +92,20 @@ def update_function(model: StateSpaceModel) -> ca.Function:
     residual = stacked_residual(model, y, model.retract(x_lin, delta))
     origin = ca.SX.zeros(n_x)
     H = -present * ca.substitute(ca.jacobian(residual, delta), delta, origin)
-    v = present * ca.substitute(residual, delta, origin) - H @ model.difference(x_minus, x_lin)
+    v = present * ca.substitute(residual, delta, origin) - H @ d_minus
     HP = H @ P_minus
     S = _symmetric(HP @ H.T) + ca.diag(ca.DM(model.noise_std**2))
     L = ca.chol(S).T
     Wt = ca.solve(L, HP)
     e = ca.solve(L, v)
-    x_plus = model.retract(x_minus, Wt.T @ e)
+    d_plus = d_minus + Wt.T @ e
     P_plus = _symmetric(P_minus - Wt.T @ Wt)
     return ca.Function(
         "update",
-        [x_minus, P_minus, x_lin, y, present],
-        [*(ca.densify(value) for value in (x_plus, P_plus, v, S, Wt.T, e)), H, L],
-        ["x_minus", "P_minus", "x_lin", "y", "present"],
-        ["x_plus", "P_plus", "v", "S", "W", "e", "H", "L"],
+        [d_minus, P_minus, x_lin, y, present],
+        [*(ca.densify(value) for value in (d_plus, P_plus, v, S, Wt.T, e)), H, L],
+        ["d_minus", "P_minus", "x_lin", "y", "present"],
+        ["d_plus", "P_plus", "v", "S", "W", "e", "H", "L"],
         {"cse": True},
     )
 
@@ -115,16 +116,44 @@ def regularity_function(model: StateSpaceModel) -> ca.Function:
     return ca.Function("regularity", [x], [ca.densify(model.regularity(x))], ["x"], ["margin"])
 
 
+def retract_function(model: StateSpaceModel) -> ca.Function:
+    """Return the model's ``retract`` under its own name, dense: (x, δ) → x ⊞ δ."""
+    x, delta = ca.SX.sym("x", model.n_x), ca.SX.sym("delta", model.n_x)
+    moved = ca.densify(model.retract(x, delta))
+    return ca.Function("retract", [x, delta], [moved], ["x", "delta"], ["moved"])
+
+
+def difference_function(model: StateSpaceModel) -> ca.Function:
+    """Return the model's ``difference`` under its own name, dense: (a, b) → a ⊟ b."""
+    x, origin = ca.SX.sym("x", model.n_x), ca.SX.sym("origin", model.n_x)
+    delta = ca.densify(model.difference(x, origin))
+    return ca.Function("difference", [x, origin], [delta], ["x", "origin"], ["delta"])
+
+
 def stage_functions(model: StateSpaceModel) -> list[ca.Function]:
-    """Return ``predict``, ``update`` and ``regularity``: what every estimator's loop calls."""
-    return [predict_function(model), update_function(model), regularity_function(model)]
+    """Return what every estimator's loop calls, ``predict`` and ``update`` first."""
+    return [
+        predict_function(model),
+        update_function(model),
+        retract_function(model),
+        regularity_function(model),
+    ]
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """Result of a prediction: x⁻ and P⁻, F (n_x, n_x) and G (n_x, n_w)."""
+    """Result of a prediction.
+
+    Parameters
+    ----------
+    state : x⁻ and P⁻
+    reached, deviation : f(x̃, w̃) and δ⁻ (n_x,), of which x⁻ is made
+    F, G : (n_x, n_x), (n_x, n_w)
+    """
 
     state: GaussianState
+    reached: Array
+    deviation: Array
     F: Array
     G: Array
 
@@ -136,6 +165,7 @@ class Update:
     Parameters
     ----------
     state : x⁺ and P⁺
+    deviation : δ⁺ (n_x,), of x⁺ from the linearisation point
     innovation : v (n_r,), zero in missing rows
     innovation_covariance : S (n_r, n_r)
     W, e, H, L : (n_x, n_r), (n_r,), (n_r, n_x), (n_r, n_r), what a backward pass needs
@@ -143,6 +173,7 @@ class Update:
     """
 
     state: GaussianState
+    deviation: Array
     innovation: Array
     innovation_covariance: Array
     W: Array
@@ -162,7 +193,10 @@ class KalmanStage:
         self.model = model
         self.functions = (predict_function(model), update_function(model))
         self._predict, self._update = (FunctionCall(compiled(f)) for f in self.functions)
+        self._retract = FunctionCall(retract_function(model))
+        self._difference = FunctionCall(difference_function(model))
         self._no_noise, self._unit_noise = np.zeros(model.n_w), np.ones(model.n_w)
+        self._no_deviation = np.zeros(model.n_x)
 
     def predict(
         self,
@@ -171,6 +205,7 @@ class KalmanStage:
         x_lin: Array | None = None,
         w_lin: Array | None = None,
         noise_scale: Array | None = None,
+        deviation: Array | None = None,
     ) -> Prediction:
         """Return x⁻, P⁻ after `dt` seconds, linearised at (x_lin, w_lin).
 
@@ -179,21 +214,33 @@ class KalmanStage:
         Parameters
         ----------
         noise_scale : (n_w,) standard deviations of the noises; ones by default
+        deviation : (n_x,) δ⁺ of the mean from x_lin, where it is known; it may be longer
+            than the difference of two states can tell
         """
-        x_minus, P_minus, F, G = self._predict(
-            state.mean,
+        n_x = self.model.n_x
+        reached, d_minus, P_minus, F, G = self._predict(
+            self._deviation(state.mean, x_lin) if deviation is None else deviation,
             state.covariance,
             state.mean if x_lin is None else x_lin,
             self._no_noise if w_lin is None else w_lin,
             dt,
             self._unit_noise if noise_scale is None else noise_scale,
         )
-        n_x = self.model.n_x
+        mean = self.retract(reached, d_minus)
         return Prediction(
-            GaussianState(x_minus, P_minus.reshape(n_x, n_x)),
+            GaussianState(mean, P_minus.reshape(n_x, n_x)),
+            reached,
+            d_minus,
             F.reshape(n_x, n_x),
             G.reshape(n_x, -1),
         )
+
+    def retract(self, x: Array, deviation: Array) -> Array:
+        """Return x ⊞ δ (n_x,)."""
+        return self._retract(x, deviation)[0]
+
+    def _deviation(self, mean: Array, x_lin: Array | None) -> Array:
+        return self._no_deviation if x_lin is None else self._difference(mean, x_lin)[0]
 
     def derivatives(
         self, x_lin: Array, dt: float, w_lin: Array | None = None
@@ -209,25 +256,30 @@ class KalmanStage:
         y: Array,
         present: NDArray[np.bool_] | Array | None = None,
         x_lin: Array | None = None,
+        deviation: Array | None = None,
     ) -> Update:
         """Condition x⁻, P⁻ on stacked readings, NaN where missing, linearised at x_lin.
 
         Parameters
         ----------
+        deviation : (n_x,) δ⁻, as for `predict`
         present : (n_r,) rows to use, or their scales; those of `rows_present` by default
         """
         if present is None:
             present = rows_present(self.model, y)
-        x_plus, P_plus, v, S, W, e, H, L = self._update(
-            state.mean,
+        at = state.mean if x_lin is None else x_lin
+        d_plus, P_plus, v, S, W, e, H, L = self._update(
+            self._deviation(state.mean, x_lin) if deviation is None else deviation,
             state.covariance,
-            state.mean if x_lin is None else x_lin,
+            at,
             without_gaps(y),
             present,
         )
+        mean = self.retract(at, d_plus)
         n_x, n_r = self.model.n_x, self.model.n_r
         return Update(
-            GaussianState(x_plus, P_plus.reshape(n_x, n_x)),
+            GaussianState(mean, P_plus.reshape(n_x, n_x)),
+            d_plus,
             v,
             S.reshape(n_r, n_r),
             W.reshape(n_x, n_r),

@@ -44,7 +44,7 @@ import numpy as np
 
 from estimation.kalman_stage import KalmanStage, Update
 from estimation.recording import Measurement
-from mhe.window import Trajectory
+from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -62,9 +62,9 @@ class Slide:
     prior : of the dropped stage, given all measurements before it
     dropped, first : measurements of the dropped stage and of the first that stays
     trajectory : of the window, starting at the dropped stage
-    row_scale, noise_scale : (n_r,), (n_w,) weights of the dropped stage's losses; None
-        for least squares
     predicted : (n_x,) x_k|k-1 of the first stage that stays, when it was the newest
+    row_scale, noise_scale : (n_r,), (n_w,) by which the dropped stage's readings and noises
+        count; see `mhe.weights`
     """
 
     prior: GaussianState
@@ -72,8 +72,8 @@ class Slide:
     first: Measurement
     trajectory: Trajectory
     predicted: Array
-    row_scale: Array | None = None
-    noise_scale: Array | None = None
+    row_scale: Array
+    noise_scale: Array
 
 
 ArrivalCost = Callable[[KalmanStage, Slide], GaussianState]

@@ -1,4 +1,4 @@
-"""The window's loop in C: mhe/window.c around a model's generated functions."""
+"""The window's loop in C, around a model's generated functions."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ from estimation.kalman_stage import stage_functions
 from estimation.layout import Layout
 from mhe.arrival_cost import ARRIVAL_COSTS, RELINEARISATION_LIMIT
 from mhe.config import MheConfig
-from mhe.line_search import LINE_SEARCH
+from mhe.descent import DESCENT
 from mhe.stage_functions import window_functions
 from models.arrays import Array
 from models.state_space import StateSpaceModel
+
+SOURCES = ("pass.c", "descent.c", "window.c")
 
 
 class CompiledWindow(CompiledEngine):
@@ -30,13 +32,13 @@ class CompiledWindow(CompiledEngine):
         self, model: StateSpaceModel, config: MheConfig, memory: Layout, iterates: bool
     ) -> None:
         stage = stage_functions(model)
-        predict, update, _ = stage
+        predict, update, *small = stage
         window = window_functions(model, predict, update)
         loop = Loop(
-            source=Path(__file__).with_name("window.c"),
+            sources=[Path(__file__).with_name(name) for name in SOURCES],
             entry="window",
             memory=memory,
-            functions=[*([function] for function in stage), window],
+            functions=[[predict], [update], small, window],
             fields={
                 "work": _work(model, config.horizon + 1, predict, update),
                 "nnz_F": predict.nnz_out("F"),
@@ -59,7 +61,7 @@ class CompiledWindow(CompiledEngine):
             },
             constants={
                 **{f"ARRIVAL_{name}": i for i, name in enumerate(ARRIVAL_COSTS)},
-                **LINE_SEARCH,
+                **DESCENT,
             },
         )
         super().__init__(model, loop)
@@ -74,10 +76,10 @@ class CompiledWindow(CompiledEngine):
 def _work(
     model: StateSpaceModel, n_stages: int, predict: ca.Function, update: ca.Function
 ) -> dict[str, Array]:
-    """Return the workspace: one row per stage, and single vectors and matrices."""
+    """Return the workspace: arrays with one entry per stage, single ones, and vectors (μ, w)."""
     n_x, n_w, n_r = model.n_x, model.n_w, model.n_r
     stages = {
-        "x_plus": n_x,
+        "d_plus": n_x,
         "P_plus": n_x * n_x,
         "W": n_x * n_r,
         "e": n_r,
@@ -85,33 +87,31 @@ def _work(
         "L": update.nnz_out("L"),
         "F": predict.nnz_out("F"),
         "G": predict.nnz_out("G"),
-        "x_s": n_x,
-        "w_s": n_w,
+        "d_s": n_x,
         "x_try": n_x,
-        "w_try": n_w,
         "row_scale": n_r,
         "row_scale_try": n_r,
         "noise_scale": n_w,
         "noise_scale_try": n_w,
     }
     single = {
-        "x_minus": n_x,
+        "reached": n_x,
+        "defect": n_x,
+        "d_minus": n_x,
         "P_minus": n_x * n_x,
         "v": n_r,
         "S": n_r * n_r,
         "lambda": n_x,
         "lambda_hat": n_x,
-        "mu": n_x,
-        "mu_old": n_x,
-        "P_mu": n_x,
         "d": n_x,
         "d_try": n_x,
-        "z": n_x,
         "L_prior": n_x * n_x,
         "no_noise": n_w,
     }
+    vectors = ("z", "g", "z_1", "g_1", "z_2", "g_2", "z_next", "g_next", "z_try", "f", "f_1", "f_2")
     return {
         **{name: np.zeros(n_stages * width) for name, width in stages.items()},
         **{name: np.zeros(width) for name, width in single.items()},
+        **{name: np.zeros(n_x + n_stages * n_w) for name in vectors},
         "unit_noises": np.ones(n_stages * n_w),
     }

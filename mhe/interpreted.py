@@ -3,84 +3,24 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
 from estimation.estimator import remarks
-from estimation.function_call import FunctionCall
-from estimation.kalman_stage import KalmanStage, Prediction, Update, rows_present, without_gaps
+from estimation.kalman_stage import Update, rows_present, without_gaps
 from estimation.layout import Layout
 from estimation.recording import Measurement
 from estimation.result import report, result_layout, stepped
 from estimation.status import Status
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide
 from mhe.config import MheConfig
-from mhe.line_search import FLOOR, ROUNDING, SHORTEST_STEP, SUFFICIENT
-from mhe.stage_functions import window_functions
-from mhe.window import Trajectory
+from mhe.descent import descend
+from mhe.interpreted_pass import View, WindowPass
+from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
-
-
-@dataclass(frozen=True, eq=False)
-class View:
-    """The stages of a window's flat array, as views: see `mhe.realtime.window_memory`."""
-
-    times: Array
-    y: Array
-    present: Array
-    x: Array
-    w: Array
-    predicted: Array
-    prior: GaussianState
-    newest: GaussianState
-
-    @classmethod
-    def of(cls, layout: Layout, memory: Array) -> View:
-        """Look at as many stages as the window has."""
-        count = int(layout.view(memory, "count"))
-        per_stage = ("times", "y", "present", "x", "predicted")
-        times, y, present, x, predicted = (layout.view(memory, b)[:count] for b in per_stage)
-        prior, newest = (
-            GaussianState(
-                layout.view(memory, f"{part}_mean"), layout.view(memory, f"{part}_covariance")
-            )
-            for part in ("prior", "newest")
-        )
-        w = layout.view(memory, "w")[: max(count - 1, 0)]
-        return cls(times, y, present, x, w, predicted, prior, newest)
-
-
-@dataclass(frozen=True, eq=False)
-class Scales:
-    """Scales of the rows (n, n_r) and the noises (n - 1, n_w) by which losses weigh them."""
-
-    rows: Array
-    noises: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Pass:
-    """Result of a pass over a window.
-
-    Parameters
-    ----------
-    newest : update of the newest stage
-    x, w : optimum of the linearised window
-    mu : (n_x,) multiplier of the prior: x_0 = x̄ ⊞ P̄ μ
-    length : squared length of the step in whitened units, without the prior's part
-    is_finite : whether everything is
-    """
-
-    newest: Update
-    x: Array
-    w: Array
-    mu: Array
-    length: float
-    is_finite: bool
 
 
 class InterpretedWindow:
@@ -97,10 +37,7 @@ class InterpretedWindow:
     ) -> None:
         self.memory, self.result = memory, result_layout(model)
         self._model, self._config, self._iterates = model, config, iterates
-        self._stage = KalmanStage(model)
-        functions = window_functions(model, self._stage.functions[0], self._stage.functions[1])
-        self._call = {function.name(): FunctionCall(function) for function in functions}
-        self._thresholds = config.thresholds([sensor.name for sensor in model.sensors])
+        self._pass = WindowPass(model, config)
 
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
         """Return the state after a measurement and what the step says; `given` stays."""
@@ -165,139 +102,89 @@ class InterpretedWindow:
         new.x[-1] = old.prior.mean
         if before:
             new.w[-1] = 0
-            new.x[-1] = self._call["move"](old.x[-1], new.w[-1], time_s - old.times[-1])[0]
+            new.x[-1] = self._pass.call["move"](old.x[-1], new.w[-1], time_s - old.times[-1])[0]
         new.predicted[-1] = new.x[-1]
         return memory
 
     def _arrive(self, window: View) -> GaussianState:
         """Return the prior of the first stage that stays."""
-        x, w, y, rows, noises = window.x, window.w, window.y, window.present[0], None
-        if self._config.has_losses:
-            rows = self._call["measure"](x[0], y[0], rows, self._thresholds)[0]
-            noises = self._call["shake"](w[0], self._config.noise_threshold)[0]
+        rows, _ = self._pass.weigh(window, 0, window.x[0])
+        noises, _ = self._pass.call["shake"](window.w[0], self._config.noise_threshold)
         slide = Slide(
             window.prior,
-            Measurement(float(window.times[0]), y[0]),
-            Measurement(float(window.times[1]), y[1]),
-            Trajectory(x, w),
+            Measurement(float(window.times[0]), window.y[0]),
+            Measurement(float(window.times[1]), window.y[1]),
+            Trajectory(window.x, window.w),
             window.predicted[1],
             rows,
             noises,
         )
-        return ARRIVAL_COSTS[self._config.arrival_cost](self._stage, slide)
-
-    def _measure(self, window: View, x: Array, w: Array) -> tuple[float, Scales]:
-        """Return the cost of readings and noises, and the scales of their losses."""
-        cost, rows, noises = 0.0, np.zeros(window.present.shape), np.ones(w.shape)
-        for k, (y, present) in enumerate(zip(window.y, window.present, strict=True)):
-            rows[k], row_cost = self._call["measure"](x[k], y, present, self._thresholds)
-            cost += float(row_cost[0])
-        for k in range(len(w)):
-            noises[k], noise_cost = self._call["shake"](w[k], self._config.noise_threshold)
-            cost += float(noise_cost[0])
-        return cost, Scales(rows, noises)
-
-    def _pass(self, window: View, scales: Scales) -> Pass:
-        """Forward with the Kalman stage, back with Bryson-Frazier's, at the trajectory."""
-        stage, call, n = self._stage, self._call, len(window.times)
-        gaussian, updates, predictions = window.prior, list[Update](), list[Prediction]()
-        for k in range(n):
-            if k:
-                dt = float(window.times[k] - window.times[k - 1])
-                at = window.x[k - 1], window.w[k - 1], scales.noises[k - 1]
-                predictions.append(stage.predict(gaussian, dt, *at))
-                gaussian = predictions[-1].state
-            updates.append(stage.update(gaussian, window.y[k], scales.rows[k], window.x[k]))
-            gaussian = updates[-1].state
-        x, w = np.zeros(window.x.shape), np.zeros(window.w.shape)
-        lam, lam_hat, length = np.zeros(0), np.zeros(self._model.n_x), 0.0
-        for k in reversed(range(n)):
-            if k < n - 1:
-                ahead, noise_scale = predictions[k], scales.noises[k]
-                lam_hat, w[k] = call["retreat"](lam, ahead.F, ahead.G, noise_scale)
-                length += float((((w[k] - window.w[k]) / noise_scale) ** 2).sum())
-            u = updates[k]
-            stored = u.state.mean, u.state.covariance, lam_hat, u.W, u.e, u.L, u.H
-            x[k], lam, part = call["smooth"](*stored, window.x[k])
-            length += float(part[0])
-        squares = sum(float(update.e @ update.e) for update in updates)
-        is_finite = bool(np.isfinite(squares) and np.isfinite(length))
-        return Pass(updates[-1], x, w, -lam, length, is_finite)
+        return ARRIVAL_COSTS[self._config.arrival_cost](self._pass.stage, slide)
 
     def _one_pass(self, window: View) -> tuple[Update, Status, float, int]:
         """Make the linearised window's optimum the trajectory."""
-        cost, scales = self._measure(window, window.x, window.w)
-        found = self._pass(window, scales)
-        if not (found.is_finite and (np.isfinite(cost) or not self._config.has_losses)):
+        cost, scales = self._pass.measure(window, window.x, window.w)
+        [d] = self._pass.call["difference"](window.x[0], window.prior.mean)
+        found = self._pass.run(window, d, scales)
+        if not (np.isfinite(found.length) and (np.isfinite(cost) or not self._config.has_losses)):
             return found.newest, Status.NOT_FINITE, np.nan, 1
-        window.x[:], window.w[:] = found.x, found.w
+        window.w[:] = found.w
+        window.x[:] = [self._pass.stage.retract(*p) for p in zip(window.x, found.d, strict=True)]
         return found.newest, Status.SOLVED, np.nan, 1
 
-    def _roll_out(self, window: View, d: Array, w: Array) -> Array:
-        """Return the states (n, n_x) that start at x̄ ⊞ d and are driven by w."""
-        x = [self._call["retract"](window.prior.mean, d)[0]]
-        for k, dt in enumerate(np.diff(window.times)):
-            x.append(self._call["move"](x[-1], w[k], dt)[0])
-        return np.array(x)
-
     def _converge(self, window: View) -> tuple[Update, Status, float, int]:
-        """Gauss-Newton passes with a line search; see mhe/window.c."""
-        config, P = self._config, window.prior.covariance
-        [d] = self._call["difference"](window.x[0], window.prior.mean)
-        distance, mu_old, began = _prior_distance(P, d), None, time.perf_counter()
-        readings, scales = self._measure(window, window.x, window.w)
-        J, iterations = readings + distance / 2, 1
-        while True:
-            found = self._pass(window, scales)
-            if not (found.is_finite and np.isfinite(readings)):
-                return found.newest, Status.NOT_FINITE, np.nan, iterations
-            energy, product = float(found.mu @ P @ found.mu), float(found.mu @ d)
-            length = found.length
-            if mu_old is not None:
-                length += float((found.mu - mu_old) @ P @ (found.mu - mu_old))
-            elif np.isfinite(distance):
-                length += max(energy - 2 * product + distance, 0.0)
-            decrement, alpha = np.sqrt(length), 1.0
-            is_last = decrement <= config.tolerance
-            while True:
-                if alpha < SHORTEST_STEP:
-                    status = Status.SOLVED if decrement <= FLOOR else Status.SOLVER_FAILED
-                    return found.newest, status, J, iterations
-                beta = 1 - alpha
-                distance_try = energy
-                if alpha != 1:
-                    distance_try = (
-                        beta**2 * distance + 2 * alpha * beta * product + alpha**2 * energy
-                    )
-                d_try, w_try = beta * d + alpha * (P @ found.mu), beta * window.w + alpha * found.w
-                x_try = self._roll_out(window, d_try, w_try)
-                cost, scales_try = self._measure(window, x_try, w_try)
-                J_try = cost + distance_try / 2
-                slack = ROUNDING * max(1.0, abs(J))
-                if J_try <= J - SUFFICIENT * alpha * length + slack:
-                    break
-                if is_last and np.isfinite(J_try):
-                    break
-                alpha /= 2
-            window.x[:], window.w[:], d, scales = x_try, w_try, d_try, scales_try
-            if alpha == 1:
-                mu_old = found.mu
-            elif mu_old is not None:
-                mu_old = beta * mu_old + alpha * found.mu
-            J, distance = J_try, distance_try
-            if is_last:
-                return found.newest, Status.SOLVED, J, iterations
-            if iterations >= config.max_iterations:
-                return found.newest, Status.ITERATION_LIMIT, J, iterations
-            if time.perf_counter() - began > (config.max_time_s or np.inf):
-                return found.newest, Status.TIME_LIMIT, J, iterations
-            iterations += 1
+        """Passes to convergence."""
+        point = _Point(self._pass, window)
+        if not np.isfinite(point.readings):
+            newest = self._pass.run(window, point.d, point.scales).newest
+            return newest, Status.NOT_FINITE, np.nan, 1
+        cost = point.readings + point.distance / 2
+        end = descend(point, point.z, cost, self._config)
+        assert point.newest is not None
+        return point.newest, end.status, end.cost, end.iterations
 
 
-def _prior_distance(P: Array, d: Array) -> float:
-    """Return dᵀ P̄⁻¹ d, infinite where P̄ has no Cholesky factor."""
+class _Point:
+    """Current point and candidate of a descent on a window: see `mhe.descent.Descending`."""
+
+    def __init__(self, passes: WindowPass, window: View) -> None:
+        self._pass, self._window = passes, window
+        self.newest: Update | None = None
+        [self.d] = passes.call["difference"](window.x[0], window.prior.mean)
+        mu, self.distance = _prior_multiplier(window.prior.covariance, self.d)
+        self.z = np.concatenate([mu, window.w.ravel()])
+        self.readings, self.scales = passes.measure(window, window.x, window.w)
+        self._candidate = self.z, self.d, window.x, self.scales
+
+    def linearise(self) -> tuple[Array, float]:
+        found = self._pass.run(self._window, self.d, self.scales)
+        self.newest = found.newest
+        step, P = found.mu - self.z[: len(found.mu)], self._window.prior.covariance
+        return np.concatenate([found.mu, found.w.ravel()]), found.length + float(step @ P @ step)
+
+    def propose(self, z: Array) -> float:
+        window, n_x = self._window, len(self.d)
+        mu, w = z[:n_x], z[n_x:].reshape(self._window.w.shape)
+        d = window.prior.covariance @ mu
+        x = self._pass.roll_out(window, d, w)
+        cost, scales = self._pass.measure(window, x, w)
+        self._candidate = z, d, x, scales
+        return cost + float(mu @ d) / 2
+
+    def take(self) -> None:
+        self.z, self.d, self._window.x[:], self.scales = self._candidate
+        self._window.w[:] = self.z[len(self.d) :].reshape(self._window.w.shape)
+
+    def inner(self, a: Array, b: Array) -> float:
+        n_x, P = len(self.d), self._window.prior.covariance
+        return float(a[:n_x] @ P @ b[:n_x] + a[n_x:] @ b[n_x:])
+
+
+def _prior_multiplier(P: Array, d: Array) -> tuple[Array, float]:
+    """Return μ of d = P̄ μ and dᵀ P̄⁻¹ d; zero and infinity where P̄ has no Cholesky factor."""
     try:
         L = np.linalg.cholesky(P)
     except np.linalg.LinAlgError:
-        return np.inf
-    return float((solve_triangular(L, d, lower=True) ** 2).sum())
+        return np.zeros(len(d)), np.inf
+    z = solve_triangular(L, d, lower=True)
+    return solve_triangular(L, z, lower=True, trans=1), float(z @ z)

@@ -17,7 +17,9 @@ from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse_prior
 from mhe.config import MheConfig
-from mhe.window import Trajectory, WindowProblem, WindowSolution
+from mhe.trajectory import Trajectory, WindowSolution
+from mhe.weights import Weights
+from mhe.window import WindowProblem
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -75,8 +77,8 @@ class MheIpopt:
     def __init__(self, model: StateSpaceModel, config: MheConfig | None = None) -> None:
         self.model = model
         self.config = config or MheConfig()
-        self._stage = KalmanStage(model)
-        self._problem = WindowProblem.build(model, self.config.horizon)
+        self._stage, self._weights = KalmanStage(model), Weights(model, self.config)
+        self._problem = WindowProblem.build(model, self.config)
         self._solver = ca.nlpsol("mhe", "ipopt", self._problem.nlp, self._solver_options())
 
     def init(self) -> MheState:
@@ -150,7 +152,10 @@ class MheIpopt:
         prior = state.prior
         if len(measurements) > self.config.horizon + 1:
             carry = ARRIVAL_COSTS[self.config.arrival_cost]
-            slide = Slide(prior, measurements[0], measurements[1], guess, predictions[1])
+            rows, _ = self._weights.readings(guess.states[0], measurements[0].y)
+            noises, _ = self._weights.noises(guess.noises[0])
+            ends = measurements[0], measurements[1]
+            slide = Slide(prior, *ends, guess, predictions[1], rows, noises)
             prior = carry(self._stage, slide)
             measurements, predictions = measurements[1:], predictions[1:]
             guess = Trajectory(guess.states[1:], guess.noises[1:])
@@ -212,13 +217,13 @@ class MheIpopt:
         gaussian, times = window.prior, [m.time_s for m in window.measurements]
         for k, measurement in enumerate(window.measurements):
             if k:
-                gaussian = self._stage.predict(
-                    gaussian,
-                    times[k] - times[k - 1],
-                    trajectory.states[k - 1],
-                    trajectory.noises[k - 1],
-                ).state
-            update = self._stage.update(gaussian, measurement.y, x_lin=trajectory.states[k])
+                x, w = trajectory.states[k - 1], trajectory.noises[k - 1]
+                scale, _ = self._weights.noises(w)
+                dt = times[k] - times[k - 1]
+                gaussian = self._stage.predict(gaussian, dt, x, w, scale).state
+            x = trajectory.states[k]
+            rows, _ = self._weights.readings(x, measurement.y)
+            update = self._stage.update(gaussian, measurement.y, rows, x)
             gaussian = update.state
         return update, GaussianState(trajectory.states[-1], gaussian.covariance)
 

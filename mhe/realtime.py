@@ -2,7 +2,7 @@
 
 A Gauss-Newton step of the window problem (`mhe.window`) is a pass of the EKF's own stage
 over the window, linearised at the current trajectory, and a smoother's pass back
-(`mhe.stage_functions`). Both run in compiled C, mhe/window.c; without a compiler the same
+(`mhe.stage_functions`). Both run in compiled C, mhe/*.c; without a compiler the same
 stages run in CasADi's virtual machine (`mhe.interpreted`).
 
 ``mhe-rti`` makes one pass per sample and takes its full step. ``mhe`` makes passes until a
@@ -34,7 +34,7 @@ from mhe.arrival_cost import diffuse_prior
 from mhe.compiled import CompiledWindow
 from mhe.config import MheConfig
 from mhe.interpreted import InterpretedWindow
-from mhe.window import Trajectory, WindowSolution
+from mhe.trajectory import Trajectory, WindowSolution
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState

@@ -4,9 +4,10 @@ With the forward stage's results (`estimation.kalman_stage`), from the newest st
 the oldest, λ̂ = 0 at the newest (modified Bryson-Frazier form):
 
     retreat:  λ̂ = Fᵀ λ,   w_s = -D² Gᵀ λ
-    smooth:   x_s = x⁺ ⊞ (-P⁺ λ̂),   λ = λ̂ - Hᵀ L⁻ᵀ (Wᵀ λ̂ + e)
+    smooth:   δ_s = δ⁺ - P⁺ λ̂,   λ = λ̂ - Hᵀ L⁻ᵀ (Wᵀ λ̂ + e)
 
-Below the oldest stage, x_s = x̄ ⊞ (-P̄ λ). No covariance is ever inverted.
+Below the oldest stage, x_s = x̄ ⊞ (-P̄ λ): the prior's multiplier is μ = -λ. No covariance
+is ever inverted.
 
 References
 ----------
@@ -18,7 +19,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from estimation.kalman_stage import stacked_residual
+from estimation.kalman_stage import difference_function, stacked_residual
 from mhe.loss import huber, huber_weight
 from models.state_space import StateSpaceModel
 
@@ -38,27 +39,25 @@ def retreat_function(model: StateSpaceModel, predict: ca.Function) -> ca.Functio
 
 
 def smooth_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
-    """Return (x⁺, P⁺, λ̂, W, e, L, H, x̃) → (x_s, λ, ‖H (x_s ⊟ x̃) / σ‖²)."""
+    """Return (δ⁺, P⁺, λ̂, W, e, L, H) → (δ_s, λ, ‖H δ_s / σ‖²)."""
     n_x, n_r = model.n_x, model.n_r
-    x_plus, P_plus = ca.SX.sym("x_plus", n_x), ca.SX.sym("P_plus", n_x, n_x)
-    lam_hat, x_lin = ca.SX.sym("lam_hat", n_x), ca.SX.sym("x_lin", n_x)
-    W, e = ca.SX.sym("W", n_x, n_r), ca.SX.sym("e", n_r)
+    d_plus, P_plus = ca.SX.sym("d_plus", n_x), ca.SX.sym("P_plus", n_x, n_x)
+    lam_hat, W, e = ca.SX.sym("lam_hat", n_x), ca.SX.sym("W", n_x, n_r), ca.SX.sym("e", n_r)
     L = ca.SX.sym("L", update.sparsity_out("L"))
     H = ca.SX.sym("H", update.sparsity_out("H"))
-    x_s = model.retract(x_plus, -P_plus @ lam_hat)
+    d_s = d_plus - P_plus @ lam_hat
     lam = lam_hat - H.T @ ca.solve(L.T, W.T @ lam_hat + e)
-    seen = H @ model.difference(x_s, x_lin) / model.noise_std
+    length = ca.sumsqr(H @ d_s / model.noise_std)
     arguments = {
-        "x_plus": x_plus,
+        "d_plus": d_plus,
         "P_plus": P_plus,
         "lam_hat": lam_hat,
         "W": W,
         "e": e,
         "L": L,
         "H": H,
-        "x_lin": x_lin,
     }
-    return _function("smooth", arguments, x_s=x_s, lam=lam, length=ca.sumsqr(seen))
+    return _function("smooth", arguments, d_s=d_s, lam=lam, length=length)
 
 
 def measure_function(model: StateSpaceModel) -> ca.Function:
@@ -108,9 +107,8 @@ def misjudge_function(model: StateSpaceModel) -> ca.Function:
 def window_functions(
     model: StateSpaceModel, predict: ca.Function, update: ca.Function
 ) -> list[ca.Function]:
-    """Return all functions of a window, the model's own under the names of the loop."""
+    """Return all functions that a window needs beside those of the stage."""
     x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
-    delta, other = ca.SX.sym("delta", model.n_x), ca.SX.sym("other", model.n_x)
     return [
         retreat_function(model, predict),
         smooth_function(model, update),
@@ -118,8 +116,7 @@ def window_functions(
         shake_function(model),
         misjudge_function(model),
         _function("move", {"x": x, "w": w, "dt": dt}, reached=model.f(x, w, dt)),
-        _function("retract", {"x": x, "delta": delta}, moved=model.retract(x, delta)),
-        _function("difference", {"to": x, "origin": other}, delta=model.difference(x, other)),
+        difference_function(model),
     ]
 
 

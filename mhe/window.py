@@ -1,10 +1,11 @@
 """The window problem of a moving horizon, symbolically, for one number of stages.
 
-    min  ½‖w₋₁‖² + ½ Σ_k ‖present_k · residual(y_k, x_k) / σ‖² + ½ Σ_k ‖w_k‖²
+    min  ½‖w₋₁‖² + Σ_k ρ(present_k · residual(y_k, x_k) / σ) + Σ_k ρ(w_k)
     s.t. x_0 = x̄ ⊞ L̄ w₋₁,   x_{k+1} = f(x_k, w_k, Δt_k),   bounds, g(x_k) ≤ 0
 
 L̄ is the Cholesky factor of the arrival cost's covariance: like the process
-noise it enters as a unit noise w₋₁, so no covariance is ever inverted. States
+noise it enters as a unit noise w₋₁, so no covariance is ever inverted. ρ is half the sum of
+squares, or Huber's loss of `mhe.loss` where the configuration has thresholds. States
 are x_k = x̃_k ⊞ D δ_k around a given trajectory x̃, with D a diagonal scale; δ
 and w are the decision variables.
 
@@ -14,6 +15,7 @@ and nothing present, which changes nothing.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -22,37 +24,12 @@ from scipy.linalg import solve_triangular
 
 from estimation.kalman_stage import rows_present, stacked_residual, without_gaps
 from estimation.recording import Measurement
-from estimation.status import Status
+from mhe.config import MheConfig
+from mhe.loss import LEAST_SQUARES, huber, huber_weight
+from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
-
-
-@dataclass(frozen=True, eq=False)
-class Trajectory:
-    """States (n+1, n_x) and unit process noises (n, n_w) over a window."""
-
-    states: Array
-    noises: Array
-
-
-@dataclass(frozen=True, eq=False)
-class WindowSolution:
-    """What a solver makes of one window.
-
-    Parameters
-    ----------
-    trajectory : states and noises
-    newest : the newest state with its Gauss-Newton covariance
-    cost : ½ the sum of squares, prior and noises included
-    status, iterations : of the solver
-    """
-
-    trajectory: Trajectory
-    newest: GaussianState
-    cost: float
-    status: Status
-    iterations: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +41,8 @@ class WindowProblem:
     model : the state-space model
     n_intervals : N; the window has N + 1 stages
     nlp : ``x, p, f, g`` for `casadi.nlpsol`
-    cost : casadi.Function (decision variables, parameters) -> ½ sum of squares
-    gauss_newton : casadi.Function in the form of nlpsol's ``hess_lag``: JᵀJ of the residual
+    cost : casadi.Function (decision variables, parameters) -> the objective
+    gauss_newton : casadi.Function in the form of nlpsol's ``hess_lag``: JᵀΩJ of the residual
     bounded : indices of the states that have a bound
     """
 
@@ -77,8 +54,10 @@ class WindowProblem:
     bounded: tuple[int, ...]
 
     @classmethod
-    def build(cls, model: StateSpaceModel, n_intervals: int) -> WindowProblem:
-        """Write down the problem for a model and a horizon."""
+    def build(cls, model: StateSpaceModel, config: MheConfig) -> WindowProblem:
+        """Write down the problem for a model, a horizon and its losses."""
+        n_intervals = config.horizon
+        thresholds = config.thresholds([sensor.name for sensor in model.sensors])
         n_x, n_w, n_stages = model.n_x, model.n_w, n_intervals + 1
         bounded = tuple(
             int(i) for i in np.flatnonzero(np.isfinite(model.lower) | np.isfinite(model.upper))
@@ -96,28 +75,30 @@ class WindowProblem:
         arrived = model.retract(x_prior, ca.tril(L_prior) @ w_prior)
         variables = [w_prior]
         constraints = [model.difference(x[0], arrived) / scale]
-        residuals = [w_prior]
+        terms = [_squares(w_prior)]
         for k in range(n_stages):
             measured = stacked_residual(model, y[:, k], x[k])
-            residuals.append(present[:, k] * measured / model.noise_std)
+            whitened, row = present[:, k] * measured / model.noise_std, 0
+            for sensor, threshold in zip(model.sensors, thresholds, strict=True):
+                terms.append(_term(whitened[row : row + sensor.n_r], threshold))
+                row += sensor.n_r
             variables.append(delta[:, k])
             constraints.append(ca.vertcat(ca.SX(0, 1), *(x[k][i] for i in bounded)))
             constraints.append(model.inequality(x[k]))
             if k < n_intervals:
                 variables.append(w[:, k])
-                residuals.append(w[:, k])
+                terms += [_term(w[i, k], config.noise_threshold) for i in range(n_w)]
                 reached = model.f(x[k], w[:, k], dt[k])
                 constraints.append(model.difference(x[k + 1], reached) / scale)
         parameters = ca.veccat(x_around, x_prior, L_prior, y, present, dt, scale)
-        residual = ca.vertcat(*residuals)
         nlp = {
             "x": ca.vertcat(*variables),
             "p": parameters,
-            "f": ca.sumsqr(residual) / 2,
+            "f": sum((term.cost for term in terms), ca.SX(0)),
             "g": ca.densify(ca.vertcat(*constraints)),
         }
         cost = ca.Function("cost", [nlp["x"], parameters], [nlp["f"]], {"cse": True})
-        return cls(model, n_intervals, nlp, cost, _gauss_newton(nlp, residual), bounded)
+        return cls(model, n_intervals, nlp, cost, _gauss_newton(nlp, terms), bounded)
 
     def parameters(
         self,
@@ -210,17 +191,40 @@ class WindowProblem:
         return np.vstack([np.repeat(around[:1], n_pad, axis=0), around])
 
 
-def _gauss_newton(nlp: dict[str, ca.SX], residual: ca.SX) -> ca.Function:
-    """Return the upper triangle of JᵀJ as a Hessian of the Lagrangian.
+@dataclass(frozen=True, eq=False)
+class _Term:
+    """One term of the objective: residual (n,), its weight ω in a Hessian, its cost ρ."""
 
-    It leaves out the curvature of residuals and constraints.
+    residual: ca.SX
+    weight: ca.SX
+    cost: ca.SX
+
+
+def _squares(residual: ca.SX) -> _Term:
+    return _Term(residual, ca.SX.ones(residual.numel()), ca.sumsqr(residual) / 2)
+
+
+def _term(residual: ca.SX, threshold: float) -> _Term:
+    if threshold >= LEAST_SQUARES:
+        return _squares(residual)
+    squared = ca.sumsqr(residual)
+    weight = huber_weight(squared, ca.SX(threshold))
+    return _Term(residual, ca.repmat(weight, residual.numel(), 1), huber(squared, ca.SX(threshold)))
+
+
+def _gauss_newton(nlp: dict[str, ca.SX], terms: Sequence[_Term]) -> ca.Function:
+    """Return the upper triangle of JᵀΩJ as a Hessian of the Lagrangian.
+
+    It leaves out the curvature of residuals, losses and constraints.
     """
-    weight, multipliers = ca.SX.sym("lam_f"), ca.SX.sym("lam_g", nlp["g"].numel())
+    factor, multipliers = ca.SX.sym("lam_f"), ca.SX.sym("lam_g", nlp["g"].numel())
+    residual = ca.vertcat(*(term.residual for term in terms))
+    weight = ca.vertcat(*(term.weight for term in terms))
     J = ca.jacobian(residual, nlp["x"])
     return ca.Function(
         "gauss_newton",
-        [nlp["x"], nlp["p"], weight, multipliers],
-        [ca.triu(weight * (J.T @ J))],
+        [nlp["x"], nlp["p"], factor, multipliers],
+        [ca.triu(factor * (J.T @ ca.diag(weight) @ J))],
         ["x", "p", "lam_f", "lam_g"],
         ["triu_hess_gamma_x_x"],
         {"cse": True},

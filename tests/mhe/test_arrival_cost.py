@@ -113,7 +113,7 @@ def test_the_three_differ() -> None:
     ("settings", "named"),
     [
         ({"horizon": 0}, "horizon"),
-        ({"arrival_cost": "smoothed"}, "smoothed.*none, constant, filtered"),
+        ({"arrival_cost": "exact"}, "exact.*none, constant, filtered, smoothed"),
         ({"max_iterations": -1}, "max_iterations"),
         ({"max_time_s": 0.0}, "max_time_s"),
         ({"tolerance": 0.0}, "tolerance"),

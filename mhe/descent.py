@@ -1,0 +1,170 @@
+"""Descent to a window's optimum: Gauss-Newton steps that cannot diverge.
+
+The unknown is z = (μ, w_0, w_1, …), which fixes the trajectory: x_0 = x̄ ⊞ P̄ μ, then the
+model. A pass at z returns the linearised window's optimum g and the squared length of the
+step g - z in units of the whitened problem, in which the Hessian is at least the identity.
+
+1. *Line search.* The step is halved until the cost J falls by at least ``SUFFICIENT`` times
+   what its slope promises (Armijo). J never rises, and it holds ½‖w‖²: no iterate can
+   leave for infinity.
+2. *Anderson acceleration.* Where curvature and residual are large, Gauss-Newton converges
+   slowly and linearly. Below a length of ``GATE`` standard deviations the last three points
+   propose a further one, taken only if J falls enough for a full step.
+3. *Settling.* Where the fall that a step promises is below ``RESOLUTION`` · J, the cost
+   cannot judge it any more. Then a step is kept if the step after it is shorter, else it
+   is halved.
+
+It ends with a step shorter than the tolerance (solved), or where halving does not help any
+more: solved, if the step is shorter than ``FLOOR``, the accuracy that rounding allows.
+
+mhe/descent.c is the same in C.
+
+References
+----------
+Nocedal, Wright (2006), Numerical Optimization, sections 3.1 and 10.3.
+Walker, Ni (2011), Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49(4).
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Protocol
+
+from estimation.status import Status
+from mhe.config import MheConfig
+from models.arrays import Array
+
+SUFFICIENT = 1e-4
+ROUNDING = 1e-13
+SHORTEST_STEP = 1e-10
+GATE = 0.3
+SINGULAR = 1e-12
+RESOLUTION = 1e-12
+SHORTEST_SETTLING = 1e-2
+FLOOR = 1e-6
+
+DESCENT: Mapping[str, float] = MappingProxyType(
+    {
+        "SUFFICIENT": SUFFICIENT,
+        "ROUNDING": ROUNDING,
+        "SHORTEST_STEP": SHORTEST_STEP,
+        "GATE": GATE,
+        "SINGULAR": SINGULAR,
+        "RESOLUTION": RESOLUTION,
+        "SHORTEST_SETTLING": SHORTEST_SETTLING,
+        "FLOOR": FLOOR,
+    }
+)
+"""The constants as macros for C."""
+
+
+class Descending(Protocol):
+    """What is descended on: a current point, and a candidate beside it."""
+
+    def linearise(self) -> tuple[Array, float]:
+        """Return g and the squared length of the step to it from the current point."""
+
+    def propose(self, z: Array) -> float:
+        """Make z the candidate; return its cost."""
+
+    def take(self) -> None:
+        """Make the candidate the current point."""
+
+    def inner(self, a: Array, b: Array) -> float:
+        """Return the inner product of two steps, in units of the whitened problem."""
+
+
+@dataclass(frozen=True)
+class Descended:
+    """How a descent ended: cost of the current point, status, number of passes."""
+
+    cost: float
+    status: Status
+    iterations: int
+
+
+def descend(problem: Descending, z: Array, cost: float, config: MheConfig) -> Descended:
+    """Descend from the current point z with a given cost; see the module."""
+    J, began, alpha, base = cost, time.perf_counter(), 1.0, math.inf
+    points: list[tuple[Array, Array]] = []
+    settling = accelerated = False
+    iterations = 0
+    while True:
+        iterations += 1
+        g, length = problem.linearise()
+        if not math.isfinite(length):
+            return Descended(J, Status.NOT_FINITE, iterations)
+        over = Status.SOLVED
+        if iterations >= config.max_iterations:
+            over = Status.ITERATION_LIMIT
+        elif time.perf_counter() - began > (config.max_time_s or math.inf):
+            over = Status.TIME_LIMIT
+        if settling and not length < base:  # the cost cannot tell, the step's length can
+            alpha = 1.0 if accelerated else alpha / 2
+            accelerated = False
+            is_stuck = alpha < SHORTEST_SETTLING
+            z, g = points[0]
+            if over or is_stuck:
+                J = problem.propose(z)
+                problem.take()
+                failed = over or Status.SOLVER_FAILED
+                status = Status.SOLVED if math.sqrt(base) <= FLOOR else failed
+                return Descended(J, status, iterations)
+            z = z + alpha * (g - z)
+            J = problem.propose(z)
+        else:
+            points = [(z, g), *points[:2]]
+            base, alpha = length, 1.0
+            is_last = math.sqrt(length) <= config.tolerance
+            if over and not is_last:
+                return Descended(J, over, iterations)
+            settling = length / 2 < RESOLUTION * max(1.0, abs(J))
+            z_try = None
+            if not is_last and math.sqrt(length) < GATE:
+                z_try = _accelerated(problem, points)
+            accelerated = z_try is not None
+            if z_try is not None:
+                J_try = problem.propose(z_try)
+                accelerated = math.isfinite(J_try) if settling else J_try <= J - SUFFICIENT * length
+            while not accelerated:
+                if alpha < SHORTEST_STEP:
+                    return Descended(J, Status.SOLVER_FAILED, iterations)
+                z_try = z + alpha * (g - z)
+                J_try = problem.propose(z_try)
+                slack = ROUNDING * max(1.0, abs(J))
+                if (settling or is_last) and math.isfinite(J_try):
+                    break
+                if J_try <= J - SUFFICIENT * alpha * length + slack:
+                    break
+                alpha /= 2
+            z, J = z_try, J_try
+            if is_last:
+                problem.take()
+                return Descended(J, Status.SOLVED, iterations)
+        problem.take()
+
+
+def _accelerated(problem: Descending, points: Sequence[tuple[Array, Array]]) -> Array | None:
+    """Return Anderson's proposal from the newest points (z, g), newest first.
+
+    ``g - γ₁ (g - g₁) - γ₂ (g₁ - g₂)`` with the γ that make the step f = g - z shortest to
+    first order, ``f - γ₁ (f - f₁) - γ₂ (f₁ - f₂)``. None without an earlier point.
+    """
+    if len(points) < 2:
+        return None
+    (z, g), (z_1, g_1) = points[:2]
+    f, f_1 = g - z, (g - z) - (g_1 - z_1)
+    z_2, g_2 = points[2] if len(points) > 2 else (z_1, g_1)
+    f_2 = (g_1 - z_1) - (g_2 - z_2)
+    a, b, c = problem.inner(f_1, f_1), problem.inner(f_1, f_2), problem.inner(f_2, f_2)
+    left, right = problem.inner(f_1, f), problem.inner(f_2, f)
+    determinant = a * c - b * b
+    if determinant > SINGULAR * a * c:
+        gamma_1 = (c * left - b * right) / determinant
+        gamma_2 = (a * right - b * left) / determinant
+        return g - gamma_1 * (g - g_1) - gamma_2 * (g_1 - g_2)
+    return g - left / a * (g - g_1) if a > 0 else None
