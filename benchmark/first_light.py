@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from benchmark.metrics import (
     ERROR_COLUMNS,
@@ -16,7 +16,7 @@ from benchmark.metrics import (
     state_errors,
 )
 from benchmark.observe import judge
-from benchmark.registry import CONFIGURATIONS, ESTIMATORS, create_estimator
+from benchmark.registry import BENCHMARK_ESTIMATORS, CONFIGURATIONS, create_estimator
 from benchmark.simulate import simulate_recording
 from estimation.estimate import EstimateHistory
 from estimation.estimator import run
@@ -24,6 +24,9 @@ from estimation.observability import Verdict
 from estimation.recording import Recording, Truth
 from models.pen import PenConfig, pen_model
 from models.state_space import StateSpaceModel
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SKIPPED_FRACTION = 0.1
 """Part of the run that is left out of the errors: both estimators still settle."""
@@ -36,7 +39,7 @@ class CellKey:
     Parameters
     ----------
     configuration : a key of `benchmark.registry.CONFIGURATIONS`
-    estimator : a key of `benchmark.registry.ESTIMATORS`
+    estimator : one of `benchmark.registry.BENCHMARK_ESTIMATORS`
     seed : of the simulated recording
     """
 
@@ -59,7 +62,7 @@ def cell_keys(seeds: Iterable[int]) -> list[CellKey]:
     """Return every cell of the benchmark, the slow estimators first."""
     return [
         CellKey(configuration, estimator, seed)
-        for estimator in reversed(list(ESTIMATORS))
+        for estimator in reversed(BENCHMARK_ESTIMATORS)
         for configuration in CONFIGURATIONS
         for seed in seeds
     ]
@@ -107,6 +110,8 @@ def as_table(cells: Sequence[Cell]) -> pd.DataFrame:
 
     A quantity that one seed cannot see counts as not observable.
     """
+    import pandas as pd  # slow to import, for tables only
+
     rows = pd.DataFrame([cell.row for cell in cells])
     keys = ["sensors", "estimator"]
     table = rows.groupby(keys, sort=False).agg(_median).reset_index()
@@ -115,7 +120,7 @@ def as_table(cells: Sequence[Cell]) -> pd.DataFrame:
         for place, (configuration, estimator) in enumerate(
             (configuration, estimator)
             for configuration in CONFIGURATIONS.values()
-            for estimator in ESTIMATORS
+            for estimator in BENCHMARK_ESTIMATORS
         )
     }
     place = table[keys].apply(tuple, axis=1).map(order)

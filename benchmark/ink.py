@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from models.arrays import Array
 from models.errors import InputError
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 INCH_MM = 25.4
 OUTLIER_FACTOR = 2.0
@@ -100,6 +103,8 @@ def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
     start from many shifts that lay the path's extent within the ink's: a part
     of a text fits in several places. The best one counts.
     """
+    from scipy.spatial import cKDTree  # slow to import, for scanned ink only
+
     tree = cKDTree(ink_mm)
     thinned = path_mm[:: max(1, len(path_mm) // STARTING_POINTS)]
     starts = _starting_shifts(path_mm, ink_mm)

@@ -14,10 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from benchmark.metrics import ERROR_COLUMNS, root_mean_square, state_errors
 from benchmark.registry import create_estimator
@@ -29,6 +28,9 @@ from models.pen import PenConfig, pen_model
 from models.pen_file import parse_pen
 from models.printed import PRINTED_ERRORS, PrintedError
 from models.state_space import StateSpaceModel
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 MOTION = "handwriting"
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0)
@@ -149,7 +151,7 @@ def printed_cost(
     speeds: Sequence[float] = SPEEDS,
     seeds: Sequence[int] = SEEDS,
     duration_s: float = DURATION_S,
-    on_run: Callable[[object], None] | None = None,
+    on_run: Callable[[int], None] | None = None,
 ) -> pd.DataFrame:
     """Return what every model costs at every speed with every configuration.
 
@@ -189,6 +191,8 @@ def printed_cost(
                         **_estimation_errors(model, recordings, configuration.columns, on_run),
                     }
                 )
+    import pandas as pd  # slow to import, for tables only
+
     return pd.DataFrame(rows)
 
 
@@ -205,7 +209,7 @@ def _estimation_errors(
     model: StateSpaceModel,
     recordings: Sequence[Recording],
     columns: Sequence[str],
-    on_run: Callable[[object], None] | None,
+    on_run: Callable[[int], None] | None,
 ) -> dict[str, float]:
     """Return mean and spread over the recordings of the RMS error per column."""
     estimator = create_estimator("ekf", model)
@@ -216,7 +220,7 @@ def _estimation_errors(
         settled = state_errors(model, history, _truth(recording))[history.time_s >= SETTLING_S]
         runs.append(root_mean_square(model, settled, {c: ERROR_COLUMNS[c] for c in columns}))
         if on_run:
-            on_run(history)
+            on_run(1)
     result = {}
     for column in COLUMNS:
         values = np.array([errors.get(column, np.nan) for errors in runs])

@@ -51,6 +51,11 @@ ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, EstimatorSettings], Estimato
 )
 """Estimator name → constructor."""
 
+BENCHMARK_ESTIMATORS = ("ekf", "mhe-rti", "mhe")
+"""The estimators of the benchmark; ``mhe`` ends in ``mhe-ipopt``'s optimum (`pen-mhe optimum`)."""
+
+DEFAULT_ESTIMATOR = "mhe"
+
 
 @dataclass(frozen=True)
 class SensorConfiguration:

@@ -21,9 +21,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from benchmark.metrics import state_errors
 from benchmark.registry import TURNTABLE_CONFIGURATIONS, EstimatorSettings, create_estimator
@@ -36,6 +36,9 @@ from models.gaussian import GaussianState
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
 from models.turntable import TurntableConfig, mirror, paper_turntable, turntable_model
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 OUTCOMES = ("converged", "mirror", "lost")
 """At the truth, at its mirror, at neither."""
@@ -200,6 +203,8 @@ def as_table(results: Iterable[StartResult]) -> pd.DataFrame:
                 column = f"{of}_{name.replace('rad', 'deg')}"
                 row[column] = None if rms is None else math.degrees(rms[i])
         rows.append(row)
+    import pandas as pd  # slow to import, for tables only
+
     return pd.DataFrame(rows)
 
 

@@ -22,7 +22,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
-from scipy.stats import chi2
 
 from estimation.estimate import EstimateHistory
 from models.arrays import Array
@@ -125,6 +124,8 @@ def consistency(squared: Array, freedom: Array | int) -> Consistency:
     InputError
         If no instant has a value.
     """
+    from scipy.stats import chi2  # 0.5 s to import
+
     known = ~np.isnan(squared)
     if not known.any():
         raise InputError("no instant to judge consistency by, expected at least one")

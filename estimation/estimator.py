@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 StateT = TypeVar("StateT")
+
+BATCH_STEPS = 500
+"""Steps per compiled call: long enough to cost nothing, short enough to show progress."""
 
 
 class Estimator(Protocol[StateT]):
@@ -40,18 +43,47 @@ class Estimator(Protocol[StateT]):
         """Take one measurement; return the new state and the estimate x_k|k."""
 
 
+@runtime_checkable
+class BatchEstimator(Protocol[StateT]):
+    """An estimator that also takes many measurements in one compiled call."""
+
+    def batch(
+        self, state: StateT, time_s: Array, y: Array
+    ) -> tuple[StateT, EstimateHistory]:
+        """Take n measurements, (n,) and (n, n_y); the same as n steps."""
+
+
 def run(
     estimator: Estimator[StateT],
     recording: Recording,
     on_step: Callable[[Estimate], None] | None = None,
+    on_progress: Callable[[int], None] | None = None,
 ) -> EstimateHistory:
-    """Drive an estimator over a recording.
+    """Drive an estimator over a recording, in compiled batches where it has them.
 
     Parameters
     ----------
-    on_step : called with every estimate, for progress and for a look at windows
+    on_step : called with every estimate, for a look at windows: step by step then
+    on_progress : called with the number of steps made since the last call
     """
-    return run_measurements(estimator, recording.measurements(estimator.model), on_step)
+    if on_step is None and isinstance(estimator, BatchEstimator):
+        state, histories = estimator.init(), []
+        time_s, y = recording.stacked(estimator.model)
+        for start in range(0, len(time_s), BATCH_STEPS):
+            part = slice(start, start + BATCH_STEPS)
+            state, history = estimator.batch(state, time_s[part], y[part])
+            histories.append(history)
+            if on_progress:
+                on_progress(len(history))
+        return EstimateHistory.joined(histories)
+
+    def told(estimate: Estimate) -> None:
+        if on_step:
+            on_step(estimate)
+        if on_progress:
+            on_progress(1)
+
+    return run_measurements(estimator, recording.measurements(estimator.model), told)
 
 
 def run_measurements(

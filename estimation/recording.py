@@ -176,15 +176,24 @@ class Recording:
             readings={name: values[kept] for name, values in self.readings.items()},
         )
 
-    def measurements(self, model: StateSpaceModel) -> Iterator[Measurement]:
-        """Yield what the model's sensors measured, instant by instant.
+    def stacked(self, model: StateSpaceModel) -> tuple[Array, Array]:
+        """Return what the model's sensors measured, all instants at once.
 
         A sensor with a constant reading of its own (the writing area) speaks at
-        the first instant after each of its periods.
+        the first instant of each of its periods.
+
+        Returns
+        -------
+        times (n,) in s, stacked readings y (n, n_y) in the model's order and units, NaN
+        where there is none
+
+        Raises
+        ------
+        InputError
+            If the recording lacks one of the model's sensors, or one has another number
+            of columns.
         """
-        constant = [s for s in model.sensors if s.constant_reading is not None]
-        measured = model.measured_sensors
-        for sensor in measured:
+        for sensor in model.measured_sensors:
             width = self.readings[sensor.name].shape[1] if sensor.name in self.readings else None
             if width is None:
                 self.sensor(sensor.name)
@@ -193,13 +202,24 @@ class Recording:
                     f"recording {self.name}: {sensor.name} has {width} columns, "
                     f"expected {sensor.n_y} ({', '.join(sensor.axes)})"
                 )
-        speaks = {sensor.name: _first_of_each_period(self.time_s, sensor) for sensor in constant}
-        for row, time_s in enumerate(self.time_s):
-            readings = {s.name: self.readings[s.name][row] for s in measured}
-            for sensor in constant:
-                if speaks[sensor.name][row] and sensor.constant_reading is not None:
-                    readings[sensor.name] = sensor.constant_reading
-            yield Measurement(float(time_s), model.stack(readings))
+        constant = model.stack(
+            {s.name: s.constant_reading for s in model.sensors if s.constant_reading is not None}
+        )
+        y = np.full((len(self.time_s), model.n_y), np.nan)
+        start = 0
+        for sensor in model.sensors:
+            columns = slice(start, start + sensor.n_y)
+            if sensor.constant_reading is None:
+                y[:, columns] = self.readings[sensor.name]
+            else:
+                y[_first_of_each_period(self.time_s, sensor), columns] = constant[columns]
+            start += sensor.n_y
+        return np.asarray(self.time_s, dtype=float), y
+
+    def measurements(self, model: StateSpaceModel) -> Iterator[Measurement]:
+        """Yield the rows of `stacked`, instant by instant."""
+        for time_s, y in zip(*self.stacked(model), strict=True):
+            yield Measurement(float(time_s), y)
 
 
 def _first_of_each_period(time_s: Array, sensor: SensorModel) -> NDArray[np.bool_]:

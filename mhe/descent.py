@@ -123,13 +123,13 @@ def descend(problem: Descending, z: Array, cost: float, config: MheConfig) -> De
             if over and not is_last:
                 return Descended(J, over, iterations)
             settling = length / 2 < RESOLUTION * max(1.0, abs(J))
-            z_try = None
+            z_try, J_try, accelerated = z, J, False
             if not is_last and math.sqrt(length) < GATE:
-                z_try = _accelerated(problem, points)
-            accelerated = z_try is not None
-            if z_try is not None:
-                J_try = problem.propose(z_try)
-                accelerated = math.isfinite(J_try) if settling else J_try <= J - SUFFICIENT * length
+                proposal = _accelerated(problem, points)
+                if proposal is not None:
+                    z_try, J_try = proposal, problem.propose(proposal)
+                    falls = J_try <= J - SUFFICIENT * length
+                    accelerated = math.isfinite(J_try) if settling else falls
             while not accelerated:
                 if alpha < SHORTEST_STEP:
                     return Descended(J, Status.SOLVER_FAILED, iterations)

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
-from scipy.optimize import linprog
 
 from models.arrays import Array
 from models.errors import InputError
@@ -109,6 +108,8 @@ def _is_feasible(
 ) -> bool:
     if not rows:
         return True
+    from scipy.optimize import linprog  # 0.2 s to import, for constrained models only
+
     result = linprog(
         np.zeros(len(lower)),
         A_ub=np.array([A[row] for row in rows]),

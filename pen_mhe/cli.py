@@ -5,24 +5,23 @@ from __future__ import annotations
 import warnings
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, get_args
+from typing import TYPE_CHECKING, Annotated, get_args
 
 import numpy as np
 import typer
 
-from benchmark.registry import ESTIMATORS, EstimatorSettings, find_pen
+from benchmark.registry import DEFAULT_ESTIMATOR, ESTIMATORS, EstimatorSettings, find_pen
 from benchmark.simulate import Stamps, motion_names, simulate_recording
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import MheConfig
 from models.errors import InputError
 from pen_mhe import study_commands
 from pen_mhe.console import console, one_line_warning, one_sentence, progress
-from pen_mhe.estimate_run import CameraThinning, EstimateRun, estimate_recording
-from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
-from pen_mhe.load import load_recording
-from pen_mhe.options import PenOption, SensorsOption, WritingAreaOption, names
+from pen_mhe.options import PenOption, SensorsOption, WritingAreaOption, names, thresholds
 from pen_mhe.options import units as read_units
-from pen_mhe.tables import prepare_output, recording_to_table, write_table
+
+if TYPE_CHECKING:
+    from pen_mhe.estimate_run import EstimateRun
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -38,7 +37,8 @@ StampsName = StrEnum("StampsName", {name: name for name in get_args(Stamps)})  #
 CAPTURE = StampsName("capture")
 
 MHE = MheConfig()
-EKF, FILTERED, TURN = EstimatorName("ekf"), ArrivalCostName("filtered"), MotionName("turn")
+DEFAULT = EstimatorName(DEFAULT_ESTIMATOR)
+FILTERED, TURN = ArrivalCostName("filtered"), MotionName("turn")
 
 
 @app.callback()
@@ -56,10 +56,18 @@ def estimate(
     output: Annotated[Path, typer.Option(help="Table to write, .parquet or .csv.")],
     sensors: SensorsOption = None,
     writing_area: WritingAreaOption = True,
-    estimator: Annotated[EstimatorName, typer.Option()] = EKF,
+    estimator: Annotated[EstimatorName, typer.Option()] = DEFAULT,
     figure: Annotated[Path | None, typer.Option(help="Figure to write, .png.")] = None,
     horizon: Annotated[int, typer.Option(help="Intervals in the window of an MHE.")] = MHE.horizon,
     arrival_cost: Annotated[ArrivalCostName, typer.Option()] = FILTERED,
+    huber: Annotated[
+        str | None,
+        typer.Option(help="Huber's loss of an MHE on sensors, in deviations: accel=2,camera=3."),
+    ] = None,
+    sparse_noise: Annotated[
+        float | None,
+        typer.Option(help="Huber's loss of an MHE on its process noise, in deviations."),
+    ] = None,
     max_iterations: Annotated[int, typer.Option(help="Of the MHE's solver, per step.")] = (
         MHE.max_iterations
     ),
@@ -77,6 +85,12 @@ def estimate(
     Writes one row per IMU sample: time_s, the states, their standard
     deviations (…_std), status, iterations and step_time_s.
     """
+    # Tables and figures are slow to import: only where a command needs them.
+    from pen_mhe.estimate_run import CameraThinning, estimate_recording
+    from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
+    from pen_mhe.load import load_recording
+    from pen_mhe.tables import prepare_output, write_table
+
     with one_sentence():
         prepare_output(output)
         if figure is not None:
@@ -87,6 +101,8 @@ def estimate(
             mhe=MheConfig(
                 horizon=horizon,
                 arrival_cost=arrival_cost.value,
+                huber=thresholds(huber),
+                sparse_noise=sparse_noise,
                 max_iterations=max_iterations,
                 max_time_s=max_time,
             )
@@ -165,6 +181,8 @@ def simulate(
     stamps: Annotated[StampsName, typer.Option(help="Which instant a reading is given.")] = CAPTURE,
 ) -> None:
     """Write a simulated recording, with its truth in columns true_…"""
+    from pen_mhe.tables import recording_to_table, write_table  # slow to import
+
     with one_sentence():
         config = find_pen(pen)
         recording = simulate_recording(

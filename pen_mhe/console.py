@@ -17,7 +17,7 @@ console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
 
 
 @contextmanager
-def progress(description: str) -> Iterator[Callable[[int], Callable[[object], None]]]:
+def progress(description: str) -> Iterator[Callable[[int], Callable[[int], None]]]:
     """Show a progress bar on a terminal; nothing in a pipe.
 
     Yields a function that takes the number of steps and returns what to call per step.
@@ -32,9 +32,9 @@ def progress(description: str) -> Iterator[Callable[[int], Callable[[object], No
         transient=True,
     ) as bar:
 
-        def start(total: int) -> Callable[[object], None]:
+        def start(total: int) -> Callable[[int], None]:
             task = bar.add_task(description, total=total)
-            return lambda _: bar.advance(task)
+            return lambda steps: bar.advance(task, steps)
 
         yield start
 

@@ -54,7 +54,7 @@ def source_hash() -> str:
     digest = hashlib.sha256()
     for room in ("models", "estimation", "ekf_baseline", "mhe", "benchmark", "pen_mhe"):
         for path in sorted((root / room).rglob("*")):
-            if path.suffix in (".py", ".toml"):
+            if path.suffix in (".py", ".c", ".toml"):
                 digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 

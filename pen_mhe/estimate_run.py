@@ -77,7 +77,7 @@ def estimate_recording(
     settings: EstimatorSettings | None = None,
     thinning: CameraThinning | None = None,
     duration_s: float | None = None,
-    on_start: Callable[[int], Callable[[object], None]] | None = None,
+    on_start: Callable[[int], Callable[[int], None]] | None = None,
     writing_area: bool = True,
 ) -> EstimateRun:
     """Estimate a recording and compare with whatever reference it brings.
@@ -87,7 +87,7 @@ def estimate_recording(
     sensors : names from the pen file; None takes all that the recording has
     thinning : use fewer camera frames
     duration_s : use only the first seconds
-    on_start : called with the number of steps; returns what is called per step
+    on_start : called with the number of steps; returns what is called as they are made
     writing_area : see `models.pen.pen_model`
     """
     recording = loaded.recording
@@ -115,8 +115,8 @@ def estimate_recording(
         if not 0 <= thinning.phase < every:
             raise InputError(f"camera phase {thinning.phase}, expected 0 to {every - 1}")
         used = recorded.subsampled(cameras[0].name, every, thinning.phase)
-    on_step = on_start(len(used.time_s)) if on_start else None
-    history = run(create_estimator(estimator, model, settings), used, on_step)
+    on_progress = on_start(len(used.time_s)) if on_start else None
+    history = run(create_estimator(estimator, model, settings), used, on_progress=on_progress)
     fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
     output = history.at(used.sensor(fastest)[0])
     return EstimateRun(

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from benchmark.first_light import Cell
 from benchmark.ink import InkMatch
 from benchmark.metrics import NOT_OBSERVABLE
-from benchmark.registry import CONFIGURATIONS, ESTIMATORS
+from benchmark.registry import BENCHMARK_ESTIMATORS, CONFIGURATIONS
 from estimation.estimate import EstimateHistory
 from estimation.recording import Truth
 
@@ -103,7 +103,7 @@ def benchmark_figure(cells: list[Cell]) -> Figure:
     by_label: dict[str, list[Cell]] = {}
     for configuration in CONFIGURATIONS:
         of_it = [cell for cell in cells if cell.key.configuration == configuration]
-        of_it.sort(key=lambda cell: list(ESTIMATORS).index(cell.key.estimator))
+        of_it.sort(key=lambda cell: BENCHMARK_ESTIMATORS.index(cell.key.estimator))
         by_label[CONFIGURATIONS[configuration].label] = of_it
     figure, axes = plt.subplots(
         2, len(by_label), figsize=(3.2 * len(by_label), 6), layout="constrained", sharey="row"

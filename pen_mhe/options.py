@@ -47,6 +47,15 @@ def rate_hz(text: str) -> float:
         raise InputError(f"camera rate {text!r} is not a number, expected Hz") from None
 
 
+def thresholds(text: str | None) -> dict[str, float]:
+    """Read ``accel=2,camera=3`` into sensor → threshold in standard deviations."""
+    pairs = [pair.split("=") for pair in text.split(",")] if text else []
+    try:
+        return {sensor.strip(): float(value) for sensor, value in pairs}
+    except ValueError:
+        raise InputError(f"thresholds {text!r}, expected e.g. accel=2,camera=3") from None
+
+
 def units(text: str | None) -> dict[str, str]:
     """Read ``accel=g,gyro=deg_s`` into sensor → unit."""
     pairs = [pair.split("=") for pair in text.split(",")] if text else []

@@ -31,7 +31,7 @@ def finished(
         advance = start(len(tasks))
         futures = {pool.submit(function, task): task for task in tasks}
         for future in as_completed(futures):
-            advance(future)
+            advance(1)
             if future.cancelled():
                 continue
             if future.exception() is not None:

@@ -10,7 +10,8 @@ import typer
 
 from benchmark.consistency_runs import CASES
 from mhe.config import MheConfig
-from pen_mhe import benchmark_run, consistency_run, dpoint_table, observe_run, printed_cost_run
+from models.errors import InputError
+from pen_mhe import consistency_run, observe_run
 from pen_mhe.console import one_sentence
 from pen_mhe.options import (
     JobsOption,
@@ -25,13 +26,46 @@ HORIZON = MheConfig().horizon
 
 
 def benchmark(
-    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path("results"),
-    seeds: Annotated[int, typer.Option(help="Number of simulated recordings.", min=1)] = 5,
+    suites: Annotated[
+        list[str] | None, typer.Argument(help="stroke (default) or speed, or both.")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(help="Folder for tables and figures; results or results/SUITE by default."),
+    ] = None,
+    seeds: Annotated[
+        int, typer.Option(help="Of stroke: number of simulated recordings.", min=1)
+    ] = 5,
     jobs: JobsOption = 2,
 ) -> None:
-    """Simulate a stroke and estimate it with every configuration and estimator."""
+    """Simulate a stroke and estimate it with everything (stroke), or time the solvers (speed)."""
     with one_sentence():
-        benchmark_run.run_benchmark(output, seeds, jobs)
+        chosen = suites or ["stroke"]
+        for suite in chosen:
+            if suite not in SUITES:
+                raise InputError(f"suite {suite} is unknown, expected one of {', '.join(SUITES)}")
+        for suite in chosen:
+            SUITES[suite](output, seeds, jobs)
+
+
+def _stroke(output: Path | None, seeds: int, jobs: int) -> None:
+    from pen_mhe import benchmark_run  # tables and figures are slow to import
+
+    benchmark_run.run_benchmark(output or Path("results"), seeds, jobs)
+
+
+def _speed(output: Path | None, seeds: int, jobs: int) -> None:
+    from pen_mhe import speed_run  # tables and figures are slow to import
+
+    folder = output or Path("results/speed")
+    if speed_run.is_single_threaded():
+        speed_run.run_speed(folder)
+    elif status := speed_run.again_single_threaded(folder):
+        raise typer.Exit(status)
+
+
+SUITES: Mapping[str, Callable[[Path | None, int, int], None]] = {"stroke": _stroke, "speed": _speed}
+"""Benchmark suite → function of folder, seeds and processes."""
 
 
 def observe(
@@ -49,7 +83,7 @@ def consistency(
     pen: PenOption = "dpoint",
     sensors: SensorsOption = "accel,gyro,camera",
     cases: Annotated[str, typer.Option(help="Names with commas.")] = ",".join(CASES),
-    estimators: Annotated[str, typer.Option(help="Names with commas.")] = "ekf,mhe-ipopt",
+    estimators: Annotated[str, typer.Option(help="Names with commas.")] = "ekf,mhe",
     runs: Annotated[int, typer.Option(help="Of each case and estimator.", min=2)] = 50,
     jobs: JobsOption = 2,
 ) -> None:
@@ -66,8 +100,23 @@ def printed_cost(
     ),
 ) -> None:
     """Show what the pen model as printed in the paper costs, term by term, over speed."""
+    from pen_mhe import printed_cost_run  # tables and figures are slow to import
+
     with one_sentence():
         printed_cost_run.run_printed_cost(output)
+
+
+def optimum(
+    windows: Annotated[int, typer.Option(help="Number of windows.", min=1)] = 1000,
+    seed: Annotated[int, typer.Option(help="Of the first window.", min=0)] = 0,
+    output: Annotated[Path, typer.Option(help="Folder for the table.")] = Path("results/optimum"),
+    jobs: JobsOption = 2,
+) -> None:
+    """Compare the real-time MHE's optimum with IPOPT's, window by window, from the same start."""
+    from pen_mhe import optimum_run  # tables are slow to import
+
+    with one_sentence():
+        optimum_run.run_optimum(output, windows, jobs, seed)
 
 
 def dpoint(
@@ -77,12 +126,14 @@ def dpoint(
     ),
     pen: PenOption = "dpoint",
     rates: Annotated[str, typer.Option(help="Camera rates, Hz.")] = "30,10,3",
-    estimators: Annotated[str, typer.Option(help="Names with commas.")] = "ekf,mhe-ipopt",
+    estimators: Annotated[str, typer.Option(help="Names with commas.")] = "ekf,mhe",
     horizon: Annotated[int, typer.Option(help="Intervals in the window of an MHE.")] = HORIZON,
     duration: Annotated[float | None, typer.Option(help="Use only the first seconds.")] = None,
     jobs: JobsOption = 2,
 ) -> None:
     """Mean ink distance over camera rates and all phases, zero delay."""
+    from pen_mhe import dpoint_table  # tables are slow to import
+
     with one_sentence():
         dpoint_table.run_table(
             recording,
@@ -101,6 +152,7 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "observe": observe,
     "consistency": consistency,
     "printed-cost": printed_cost,
+    "optimum": optimum,
     "dpoint-table": dpoint,
 }
 """Name → function of every command here."""
