@@ -28,13 +28,12 @@ import numpy as np
 from benchmark.metrics import state_errors
 from benchmark.registry import TURNTABLE_CONFIGURATIONS, EstimatorSettings, create_estimator
 from benchmark.simulate_turntable import simulate_table
+from benchmark.wrong_prior import with_prior
 from estimation.estimator import run
 from estimation.recording import Truth
 from models.arrays import Array
 from models.errors import InputError
-from models.gaussian import GaussianState
 from models.random_streams import seed_sequence, stream
-from models.state_space import StateSpaceModel
 from models.turntable import TurntableConfig, mirror, paper_turntable, turntable_model
 
 if TYPE_CHECKING:
@@ -162,8 +161,9 @@ def run_start(trial: StartTrial, seed: int, start_error_rad: Array | None = None
         signs = stream(seed_sequence(seed), "signs of the start").choice([-1.0, 1.0], size=2)
         start_error_rad = trial.start_error_rad * signs
     model = turntable_model(trial.table, sensors)
-    prior = _wrong_prior(trial, model, truth.values[0, :2] + start_error_rad)
-    model = model.replace(prior=prior)
+    tilts = truth.values[0, :2] + start_error_rad
+    std = max(trial.start_error_rad, SMALLEST_START_STD_RAD)
+    model = with_prior(model, dict(zip(model.state_names[:2], tilts, strict=True)), std)
     estimator = create_estimator(trial.estimator, model, trial.settings)
     history = run(estimator, recording.select(sensors))
     mirrored = Truth(truth.time_s, truth.names, mirror(truth.values))
@@ -206,14 +206,6 @@ def as_table(results: Iterable[StartResult]) -> pd.DataFrame:
     import pandas as pd  # slow to import, for tables only
 
     return pd.DataFrame(rows)
-
-
-def _wrong_prior(trial: StartTrial, model: StateSpaceModel, tilts: Array) -> GaussianState:
-    """Return the table's prior with other tilts and the trial's spread of them."""
-    mean, covariance = model.prior.mean.copy(), model.prior.covariance.copy()
-    mean[:2] = tilts
-    covariance[[0, 1], [0, 1]] = max(trial.start_error_rad, SMALLEST_START_STD_RAD) ** 2
-    return GaussianState(mean, covariance)
 
 
 def _outcome(error: Array, mirror_error: Array, limit_rad: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -103,8 +104,9 @@ class Ekf:
 
     def _unpack(self, memory: Array) -> EkfState:
         n_x = self.model.n_x
-        covariance = memory[n_x + 1 :].reshape(n_x, n_x)
-        return EkfState(memory.item(0), GaussianState(memory[1 : n_x + 1], covariance))
+        covariance, time_s = memory[n_x + 1 :].reshape(n_x, n_x), memory.item(0)
+        gaussian = GaussianState(memory[1 : n_x + 1], covariance)
+        return EkfState(None if math.isnan(time_s) else time_s, gaussian)
 
 
 def _gate(model: StateSpaceModel, probability: float | None) -> Array | None:

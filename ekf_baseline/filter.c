@@ -60,6 +60,7 @@ void filter_step(void *self, const double *given, double *memory, double time, c
     double *predicted[] = {f->x_minus, 0, f->P_minus, 0, 0};
     predict(m, f->no_deviation, given + at->covariance, given + at->mean, f->no_noise, &dt,
             f->unit_noise, predicted);
+    retract(m, f->x_minus, f->no_deviation, f->x_minus); /* angles within a turn */
     double *mean = memory + at->mean, *covariance = memory + at->covariance;
     double *updated[] = {f->d_plus, covariance, f->v, f->S, 0, 0, 0, 0};
     update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->present, updated);

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from estimation.estimator import remarks
 from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.layout import Layout
-from estimation.result import report, result_layout, stepped
+from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -33,6 +33,7 @@ class InterpretedFilter:
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
         """Return the state after a measurement and what the step says; `given` stays."""
         start, model, at = time.perf_counter(), self._model, self.memory
+        _, y = checked_input(at, model.n_y, given, np.asarray(time_s), y)
         before = float(at.view(given, "time_s"))
         state = GaussianState(at.view(given, "mean"), at.view(given, "covariance"))
         if time_s < before:
@@ -59,7 +60,7 @@ class InterpretedFilter:
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Return the state after n measurements and what each step says, (n, result.size)."""
-        return stepped(self, given, time_s, y)
+        return stepped(self, self._model.n_y, given, time_s, y)
 
     def _gated(self, update: Update) -> NDArray[np.bool_]:
         """Return the rows (n_r,) of sensors whose readings are too far off."""

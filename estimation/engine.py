@@ -8,6 +8,7 @@ engine in Python around the same symbolic stages.
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
@@ -19,7 +20,7 @@ import numpy as np
 
 from estimation.layout import Layout, declaration
 from estimation.native import STRICT, function_libraries, shared_libraries
-from estimation.result import result_layout
+from estimation.result import checked_input, result_layout
 from estimation.status import REGULARITY_LIMIT, Status
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -27,6 +28,7 @@ from models.state_space import StateSpaceModel
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 INTEGERS = ctypes.POINTER(ctypes.c_longlong)
 BYTES = ctypes.POINTER(ctypes.c_ubyte)
+NATIVE = np.dtype(np.float64)
 
 
 class Model(ctypes.Structure):
@@ -77,7 +79,7 @@ class CompiledEngine:
 
     def __init__(self, model: StateSpaceModel, loop: Loop) -> None:
         self.memory, self.result = loop.memory, result_layout(model)
-        self._shape = (model.n_y,)
+        self._n_y, self._shape, self._given_shape = model.n_y, (model.n_y,), (loop.memory.size,)
         self._kept: list[Any] = []
         addresses = self._load(loop.functions)
         values: dict[str, Any] = {
@@ -102,8 +104,14 @@ class CompiledEngine:
 
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
         """Return the state after a measurement and what the step says; `given` stays."""
-        if y.shape != self._shape or y.dtype.char != "d" or not y.flags.c_contiguous:
-            y = self._readings(y, self._shape)
+        if not (
+            y.dtype is NATIVE
+            and y.shape == self._shape
+            and y.flags.c_contiguous
+            and given.shape == self._given_shape
+            and math.isfinite(time_s)
+        ):
+            _, y = checked_input(self.memory, self._n_y, given, np.asarray(time_s), y)
         memory, result = np.empty(self.memory.size), np.empty(self.result.size)
         self._step(
             self._self, _address(given), _address(memory), time_s, _address(y), _address(result)
@@ -112,8 +120,8 @@ class CompiledEngine:
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Return the state after n measurements and what each step says, (n, result.size)."""
+        time_s, y = checked_input(self.memory, self._n_y, given, time_s, y)
         n = len(time_s)
-        time_s, y = self._readings(time_s, (n,)), self._readings(y, (n, *self._shape))
         both = [given.copy(), np.empty_like(given)]
         results = np.empty((n, self.result.size))
         last = self._batch(
@@ -134,13 +142,6 @@ class CompiledEngine:
         entry.restype = None
         entry(self._self, *(_address(array) for array in arrays))
 
-    @staticmethod
-    def _readings(array: Array, shape: tuple[int, ...]) -> Array:
-        """Return numbers as C wants them."""
-        if array.shape != shape:
-            raise ValueError(f"readings have shape {array.shape}, expected {shape}")
-        return np.require(array, np.float64, "C")
-
     def _load(self, groups: Sequence[Sequence[ca.Function]]) -> dict[str, int]:
         """Return the address of every generated function."""
         addresses: dict[str, int] = {}
@@ -157,7 +158,7 @@ class CompiledEngine:
             **{name: getattr(model, name) for name in ("n_x", "n_w", "n_y", "n_r")},
             "n_sensors": len(model.sensors),
             "saturation": model.saturation,
-            "reach": model.reach,
+            "reach": None if model.reach is None else np.asarray(model.reach, dtype=float),
             "regularity_limit": REGULARITY_LIMIT,
             "row_needs": model.row_needs,
             "measured_rows": model.measured_rows,
@@ -173,7 +174,7 @@ class CompiledEngine:
                 return DOUBLES()
             case str():
                 return ctypes.c_void_p(addresses[value])
-            case bool() | int():
+            case bool() | int() | np.integer():
                 return ctypes.c_longlong(value)
             case float():
                 return ctypes.c_double(value)

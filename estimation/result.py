@@ -11,6 +11,7 @@ from estimation.kalman_stage import Update
 from estimation.layout import Layout
 from estimation.status import Status
 from models.arrays import Array
+from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
@@ -26,6 +27,32 @@ class Engine(Protocol):
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Return the state after n measurements and what each step says, (n, result.size)."""
+
+
+def checked_input(
+    memory: Layout, n_y: int, given: Array, time_s: Array, y: Array
+) -> tuple[Array, Array]:
+    """Return times, () or (n,), and readings, (n_y,) or (n, n_y), as C wants them.
+
+    Raises
+    ------
+    InputError
+        If the state `given` is another estimator's, a shape disagrees, or a time is not
+        finite.
+    """
+    if given.shape != (memory.size,):
+        raise InputError(
+            f"the state has {given.size} numbers, expected {memory.size}: "
+            "it is that of an estimator of another model or horizon"
+        )
+    if time_s.ndim > 1:
+        raise InputError(f"times have shape {time_s.shape}, expected (n,)")
+    if y.shape != (*time_s.shape, n_y):
+        raise InputError(f"readings have shape {y.shape}, expected {(*time_s.shape, n_y)}")
+    wrong = ~np.isfinite(time_s)
+    if wrong.any():
+        raise InputError(f"the time of a measurement is {time_s[wrong][0]}, expected a number")
+    return np.require(time_s, np.float64, "C"), np.require(y, np.float64, "C")
 
 
 def result_layout(model: StateSpaceModel) -> Layout:
@@ -121,9 +148,12 @@ def report(
     return result
 
 
-def stepped(engine: Engine, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
+def stepped(
+    engine: Engine, n_y: int, given: Array, time_s: Array, y: Array
+) -> tuple[Array, Array]:
     """Return the state after n steps of an interpreted engine and what each says."""
-    results, memory = np.empty((len(time_s), engine.result.size)), given
+    time_s, y = checked_input(engine.memory, n_y, given, time_s, y)
+    results, memory = np.empty((len(time_s), engine.result.size)), given.copy()
     for k, t in enumerate(time_s):
         memory, results[k] = engine.step(memory, float(t), y[k])
     return memory, results

@@ -106,7 +106,7 @@ def _smoothed(stage: KalmanStage, slide: Slide) -> GaussianState:
     x, w = slide.trajectory.states[0], slide.trajectory.noises[0]
     updated = stage.update(slide.prior, slide.dropped.y, slide.row_scale, x_lin=x)
     dt = slide.first.time_s - slide.dropped.time_s
-    return stage.predict(updated.state, dt, x, w, slide.noise_scale).state
+    return stage.predict(updated.state, dt, x, w, slide.noise_scale, updated.deviation).state
 
 
 def _misjudged(

@@ -71,10 +71,14 @@ static long long converge(const Window *s, double *memory, double *cost, double 
     copy(o->z_next + n_x, w, n_noises);
     const double distance = prior_multiplier(s, P, o->d, o->z_next);
     const double readings = measure(s, memory, x, w, row_scale, noise_scale);
-    if (!isfinite(readings)) return STATUS_NOT_FINITE;
+    *iterations = 1;
+    if (!isfinite(readings)) {
+        forward(s, memory, o->d, row_scale, noise_scale); /* the covariance is this window's */
+        return STATUS_NOT_FINITE;
+    }
     double J = readings + distance / 2, base = INFINITY, alpha = 1;
     int depth = -1, settling = 0, accelerated = 0;
-    for (*iterations = 1;; (*iterations)++) {
+    for (;; (*iterations)++) {
         const double squares = forward(s, memory, o->d, row_scale, noise_scale);
         double length = backward(s, memory, noise_scale, o->g_next), J_try = NAN;
         if (!isfinite(squares) || !isfinite(length)) return STATUS_NOT_FINITE;
@@ -106,7 +110,7 @@ static long long converge(const Window *s, double *memory, double *cost, double 
             *cost = J;
             const int last = sqrt(length) <= s->tolerance;
             if (over && !last) return over;
-            settling = length / 2 < RESOLUTION * fmax(1.0, fabs(J));
+            settling = isfinite(J) && length / 2 < RESOLUTION * fmax(1.0, fabs(J));
             const double slack = ROUNDING * fmax(1.0, fabs(J));
             accelerated = !last && depth > 0 && sqrt(length) < GATE
                           && accelerate(s, memory, depth, n_z);
@@ -120,8 +124,8 @@ static long long converge(const Window *s, double *memory, double *cost, double 
                     if (alpha < SHORTEST_STEP) return STATUS_SOLVER_FAILED;
                     part_way(o, alpha, n_z);
                     J_try = try_cost(s, memory, row_scale_try, noise_scale_try);
-                    if ((settling || last) && isfinite(J_try)) break;
-                    if (J_try <= J - SUFFICIENT * alpha * length + slack) break;
+                    const int falls = J_try <= J - SUFFICIENT * alpha * length + slack;
+                    if (isfinite(J_try) && (settling || last || falls)) break;
                 }
             J = J_try;
             if (last) {

@@ -114,7 +114,7 @@ def descend(problem: Descending, z: Array, cost: float, config: MheConfig) -> De
                 failed = over or Status.SOLVER_FAILED
                 status = Status.SOLVED if math.sqrt(base) <= FLOOR else failed
                 return Descended(J, status, iterations)
-            z = z + alpha * (g - z)
+            z = (1 - alpha) * z + alpha * g
             J = problem.propose(z)
         else:
             points = [(z, g), *points[:2]]
@@ -122,7 +122,7 @@ def descend(problem: Descending, z: Array, cost: float, config: MheConfig) -> De
             is_last = math.sqrt(length) <= config.tolerance
             if over and not is_last:
                 return Descended(J, over, iterations)
-            settling = length / 2 < RESOLUTION * max(1.0, abs(J))
+            settling = math.isfinite(J) and length / 2 < RESOLUTION * max(1.0, abs(J))
             z_try, J_try, accelerated = z, J, False
             if not is_last and math.sqrt(length) < GATE:
                 proposal = _accelerated(problem, points)
@@ -133,12 +133,11 @@ def descend(problem: Descending, z: Array, cost: float, config: MheConfig) -> De
             while not accelerated:
                 if alpha < SHORTEST_STEP:
                     return Descended(J, Status.SOLVER_FAILED, iterations)
-                z_try = z + alpha * (g - z)
+                z_try = (1 - alpha) * z + alpha * g
                 J_try = problem.propose(z_try)
                 slack = ROUNDING * max(1.0, abs(J))
-                if (settling or is_last) and math.isfinite(J_try):
-                    break
-                if J_try <= J - SUFFICIENT * alpha * length + slack:
+                falls = J_try <= J - SUFFICIENT * alpha * length + slack
+                if math.isfinite(J_try) and (settling or is_last or falls):
                     break
                 alpha /= 2
             z, J = z_try, J_try

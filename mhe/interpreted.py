@@ -11,12 +11,12 @@ from estimation.estimator import remarks
 from estimation.kalman_stage import Update, rows_present, without_gaps
 from estimation.layout import Layout
 from estimation.recording import Measurement
-from estimation.result import report, result_layout, stepped
+from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide
 from mhe.config import MheConfig
 from mhe.descent import descend
-from mhe.interpreted_pass import View, WindowPass
+from mhe.interpreted_pass import Scales, View, WindowPass
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -41,7 +41,9 @@ class InterpretedWindow:
 
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
         """Return the state after a measurement and what the step says; `given` stays."""
-        start, window = time.perf_counter(), View.of(self.memory, given)
+        start = time.perf_counter()
+        _, y = checked_input(self.memory, self._model.n_y, given, np.asarray(time_s), y)
+        window = View.of(self.memory, given)
         if len(window.times) and time_s < window.times[-1]:
             newest_s = float(window.times[-1])
             late = report(self.result, newest_s, window.newest, None, Status.LATE, iterations=0)
@@ -57,12 +59,14 @@ class InterpretedWindow:
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Return the state after n measurements and what each step says, (n, result.size)."""
-        return stepped(self, given, time_s, y)
+        return stepped(self, self._model.n_y, given, time_s, y)
 
     def solve(self, given: Array) -> tuple[Array, Array]:
         """Converge on a window as it stands; return it solved, and the result."""
         memory = given.copy()
         window = View.of(self.memory, memory)
+        for k, dt in enumerate(np.diff(window.times)):
+            window.x[k + 1] = self._pass.call["move"](window.x[k], window.w[k], dt)[0]
         newest, status, cost, iterations = self._converge(window)
         state = GaussianState(window.x[-1], newest.state.covariance)
         time_s = float(window.times[-1])
@@ -123,10 +127,12 @@ class InterpretedWindow:
 
     def _one_pass(self, window: View) -> tuple[Update, Status, float, int]:
         """Make the linearised window's optimum the trajectory."""
-        cost, scales = self._pass.measure(window, window.x, window.w)
+        cost, scales = 0.0, Scales(window.present, np.ones(window.w.shape))
+        if self._config.has_losses:
+            cost, scales = self._pass.measure(window, window.x, window.w)
         [d] = self._pass.call["difference"](window.x[0], window.prior.mean)
         found = self._pass.run(window, d, scales)
-        if not (np.isfinite(found.length) and (np.isfinite(cost) or not self._config.has_losses)):
+        if not (np.isfinite(found.length) and np.isfinite(cost)):
             return found.newest, Status.NOT_FINITE, np.nan, 1
         window.w[:] = found.w
         window.x[:] = [self._pass.stage.retract(*p) for p in zip(window.x, found.d, strict=True)]
@@ -186,5 +192,6 @@ def _prior_multiplier(P: Array, d: Array) -> tuple[Array, float]:
         L = np.linalg.cholesky(P)
     except np.linalg.LinAlgError:
         return np.zeros(len(d)), np.inf
-    z = solve_triangular(L, d, lower=True)
-    return solve_triangular(L, z, lower=True, trans=1), float(z @ z)
+    z = solve_triangular(L, d, lower=True, check_finite=False)
+    mu = solve_triangular(L, z, lower=True, trans=1, check_finite=False)
+    return mu, float(z @ z)

@@ -168,16 +168,16 @@ static long long one_pass(const Window *s, double *memory)
     const long long count = (long long)memory[s->memory.count], n_x = m->n_x;
     double *x = memory + s->memory.x, *w = memory + s->memory.w;
     const double *row_scale = memory + s->memory.present, *noise_scale = o->unit_noises;
+    double readings = 0;
     if (s->has_losses) {
-        if (!isfinite(measure(s, memory, x, w, o->row_scale, o->noise_scale)))
-            return STATUS_NOT_FINITE;
+        readings = measure(s, memory, x, w, o->row_scale, o->noise_scale);
         row_scale = o->row_scale;
         noise_scale = o->noise_scale;
     }
     difference(s, x, memory + s->memory.prior_mean, o->d);
     const double squares = forward(s, memory, o->d, row_scale, noise_scale);
     const double length = backward(s, memory, noise_scale, o->g);
-    if (!isfinite(squares) || !isfinite(length)) return STATUS_NOT_FINITE;
+    if (!isfinite(readings) || !isfinite(squares) || !isfinite(length)) return STATUS_NOT_FINITE;
     for (long long k = 0; k < count; k++)
         retract(m, STAGE(x, k, n_x), STAGE(o->d_s, k, n_x), STAGE(x, k, n_x));
     copy(w, o->g + n_x, (count - 1) * m->n_w);

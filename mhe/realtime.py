@@ -124,8 +124,17 @@ class MheRti:
     def solve(
         self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
     ) -> WindowSolution:
-        """Solve one window of at most N + 1 stages from a given start, to convergence."""
+        """Solve one window of at most N + 1 stages from a given start, to convergence.
+
+        Parameters
+        ----------
+        guess : the first state and the noises; the states behind follow from them
+        """
         layout, count = self._engine.memory, len(measurements)
+        if not 1 <= count <= self.config.horizon + 1:
+            raise InputError(
+                f"a window of {count} measurements, expected 1 to {self.config.horizon + 1}"
+            )
         memory = np.zeros(layout.size)
         layout.view(memory, "count")[...] = count
         layout.view(memory, "times")[:count] = [m.time_s for m in measurements]

@@ -109,13 +109,14 @@ def window_functions(
 ) -> list[ca.Function]:
     """Return all functions that a window needs beside those of the stage."""
     x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
+    reached = model.retract(model.f(x, w, dt), ca.SX.zeros(model.n_x))  # angles within a turn
     return [
         retreat_function(model, predict),
         smooth_function(model, update),
         measure_function(model),
         shake_function(model),
         misjudge_function(model),
-        _function("move", {"x": x, "w": w, "dt": dt}, reached=model.f(x, w, dt)),
+        _function("move", {"x": x, "w": w, "dt": dt}, reached=reached),
         difference_function(model),
     ]
 

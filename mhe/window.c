@@ -142,15 +142,19 @@ void window_step(void *self, const double *given, double *memory, double time, c
     result[s->result.step_time_s] = seconds() - start;
 }
 
-/* Converge on the window in `memory`, from the trajectory that it holds. */
+/* Converge on the window in `memory`, from the first state and the noises that it holds. */
 void window_solve(void *self, double *memory, double *result)
 {
     const Window *s = self;
     const long long newest = (long long)memory[s->memory.count] - 1, n_x = s->model.n_x;
-    double cost = NAN, iterations = 0;
+    double *x = memory + s->memory.x, *w = memory + s->memory.w;
+    double cost = NAN, iterations = 1;
     const double start = seconds();
+    for (long long k = 0; k < newest; k++)
+        move(s, STAGE(x, k, n_x), STAGE(w, k, s->model.n_w), interval(s, memory, k),
+             STAGE(x, k + 1, n_x));
     const long long status = converge(s, memory, &cost, &iterations);
-    copy(result + s->result.mean, STAGE(memory + s->memory.x, newest, n_x), n_x);
+    copy(result + s->result.mean, STAGE(x, newest, n_x), n_x);
     copy(result + s->result.covariance, STAGE(s->work.P_plus, newest, n_x * n_x), n_x * n_x);
     result[s->result.status] = (double)status;
     result[s->result.iterations] = iterations;
