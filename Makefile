@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS = 1
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[scan,notebooks,test,lint]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[scan,peers,notebooks,test,lint]'
 	touch $@
 
 benchmark: $(STAMP)

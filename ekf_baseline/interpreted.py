@@ -30,6 +30,7 @@ class InterpretedFilter:
         self._model, self._gate = model, gate
         self._stage = KalmanStage(model)
 
+    @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
         """Return the state after a measurement and what the step says; `given` stays."""
         start, model, at = time.perf_counter(), self._model, self.memory

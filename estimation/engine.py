@@ -175,7 +175,7 @@ class CompiledEngine:
             case str():
                 return ctypes.c_void_p(addresses[value])
             case bool() | int() | np.integer():
-                return ctypes.c_longlong(value)
+                return ctypes.c_longlong(int(value))
             case float():
                 return ctypes.c_double(value)
             case np.ndarray():

@@ -40,6 +40,7 @@ class Estimate:
     innovation_covariance : (n_r, n_r) S
     iterations : of the solver; 1 for a filter
     window : the moving horizon, for estimators that have one
+    call_s : seconds within the loop's own call, without what Python adds; NaN where there is none
     """
 
     time_s: float
@@ -49,6 +50,7 @@ class Estimate:
     innovation_covariance: Array
     iterations: int = 1
     window: Window | None = None
+    call_s: float = np.nan
 
 
 _PER_STEP = (

@@ -31,7 +31,10 @@ from models.state_space import StateSpaceModel
 
 
 def _symmetric(matrix: ca.SX) -> ca.SX:
-    """Mirror the lower triangle: half the work, symmetric to the last bit."""
+    """Mirror the lower triangle: half the work, symmetric to the last bit.
+
+    Of a covariance that is given, too, only the lower triangle is read.
+    """
     return ca.tril2symm(ca.tril(matrix))
 
 
@@ -56,7 +59,7 @@ def predict_function(model: StateSpaceModel) -> ca.Function:
 
     d_minus = F @ d_plus - G @ w_lin
     GD = G @ ca.diag(noise_scale)
-    P_minus = _symmetric(F @ P_plus @ F.T + GD @ GD.T)
+    P_minus = _symmetric(F @ _symmetric(P_plus) @ F.T + GD @ GD.T)
     return ca.Function(
         "predict",
         [d_plus, P_plus, x_lin, w_lin, dt, noise_scale],
@@ -85,7 +88,8 @@ def update_function(model: StateSpaceModel) -> ca.Function:
     """
     n_x = model.n_x
     d_minus, x_lin = ca.SX.sym("d_minus", n_x), ca.SX.sym("x_lin", n_x)
-    P_minus = ca.SX.sym("P_minus", n_x, n_x)
+    P_given = ca.SX.sym("P_minus", n_x, n_x)
+    P_minus = _symmetric(P_given)
     y, present = ca.SX.sym("y", model.n_y), ca.SX.sym("present", model.n_r)
     delta = ca.SX.sym("delta", n_x)
 
@@ -102,7 +106,7 @@ def update_function(model: StateSpaceModel) -> ca.Function:
     P_plus = _symmetric(P_minus - Wt.T @ Wt)
     return ca.Function(
         "update",
-        [d_minus, P_minus, x_lin, y, present],
+        [d_minus, P_given, x_lin, y, present],
         [*(ca.densify(value) for value in (d_plus, P_plus, v, S, Wt.T, e)), H, L],
         ["d_minus", "P_minus", "x_lin", "y", "present"],
         ["d_plus", "P_plus", "v", "S", "W", "e", "H", "L"],

@@ -85,7 +85,7 @@ class ResultReader:
         self._v, self._S = parts["innovation"], parts["innovation_covariance"]
         self._square_x, self._square_r = (n_x, n_x), (n_r, n_r)
         self._status, self._iterations = parts["status"].start, parts["iterations"].start
-        self._time = parts["time_s"].start
+        self._time, self._step_time = parts["time_s"].start, parts["step_time_s"].start
         self._statuses: dict[float, Status] = {}
 
     def estimate(self, result: Array, window: Window | None = None) -> Estimate:
@@ -98,6 +98,7 @@ class ResultReader:
             result[self._S].reshape(self._square_r),
             int(result.item(self._iterations)),
             window,
+            result.item(self._step_time),
         )
 
     def status(self, number: float) -> Status:

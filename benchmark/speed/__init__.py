@@ -1,0 +1,1 @@
+"""How fast is an estimator, against others on identical windows?"""

@@ -1,0 +1,109 @@
+"""The command ``benchmark speed``."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from benchmark.speed.problems import find_problem
+from benchmark.speed.suite import StreamPlan
+from pen_mhe import benchmark_run, speed_run
+from pen_mhe.cli import app
+from pen_mhe.speed_figures import in_unit
+from pen_mhe.speed_run import run_speed
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+
+def call(*arguments: str) -> Any:
+    return CliRunner().invoke(app, arguments)
+
+
+def test_the_suite_writes_rows_problems_and_figures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = partial(
+        run_speed, problems=[find_problem("turntable_20")], windows=3, stream=StreamPlan(2, 1, 1)
+    )
+    monkeypatch.setattr(speed_run, "run_speed", few)
+    monkeypatch.setattr(speed_run, "is_single_threaded", lambda: True)
+    output = tmp_path / "made" / "speed"
+    result = call("benchmark", "speed", "--output", str(output))
+    assert result.exit_code == 0, result.stderr
+    assert sorted(path.name for path in output.iterdir()) == [
+        "problem_turntable_20.npz",
+        "speed.json",
+        "speed.png",
+        "speed_horizon.png",
+    ]
+    rows = json.loads((output / "speed.json").read_text("utf-8"))
+    windows = [row for row in rows if row["problem"] == "turntable"]
+    assert {row["windows"] for row in windows} == {3}
+    assert {"mhe-rti", "mhe", "ipopt", "osqp"} <= {row["contender"] for row in windows}
+    printed = result.stdout
+    assert printed.count("| turntable | 20 | ") == len(windows)
+    for line in printed.splitlines():
+        if line.startswith("left out: "):
+            assert line.count(": ") >= 2
+    verdicts = printed[printed.index("What was promised") :]
+    assert "| one pass, N = 20, at least 200 times faster than ipopt |  | ≥ 200 | no figure |" in (
+        verdicts
+    )
+    assert f"problems and figures in {output}" in verdicts
+
+
+def test_stroke_is_what_runs_without_a_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[tuple[Path, int, int]] = []
+    monkeypatch.setattr(benchmark_run, "run_benchmark", lambda *given: calls.append(given))
+    assert call("benchmark").exit_code == 0
+    assert call("benchmark", "stroke", "--output", str(tmp_path), "--seeds", "3").exit_code == 0
+    assert calls == [(Path("results"), 5, 2), (tmp_path, 3, 2)]
+
+
+def test_an_unknown_suite_gets_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(benchmark_run, "run_benchmark", lambda *_: pytest.fail("it began"))
+    result = call("benchmark", "stroke", "sped")
+    assert result.exit_code == 2
+    message = "pen-mhe: suite sped is unknown, expected one of stroke, speed"
+    assert result.stderr.strip() == message
+
+
+def test_threads_are_refused_by_a_process_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
+    assert speed_run.is_single_threaded()
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    assert not speed_run.is_single_threaded()
+    monkeypatch.delenv("OMP_NUM_THREADS")
+    assert not speed_run.is_single_threaded()
+
+    started: list[tuple[list[str], dict[str, str]]] = []
+
+    def start(command: list[str], env: dict[str, str], check: bool) -> Any:
+        started.append((command, env))
+        return subprocess.CompletedProcess(command, 3)
+
+    monkeypatch.setattr(subprocess, "run", start)
+    result = call("benchmark", "speed", "--output", str(tmp_path))
+    assert result.exit_code == 3
+    [(command, env)] = started
+    assert command[1:] == ["-m", "pen_mhe.cli", "benchmark", "speed", "--output", str(tmp_path)]
+    assert (env["OMP_NUM_THREADS"], env["OPENBLAS_NUM_THREADS"]) == ("1", "1")
+
+
+@pytest.mark.parametrize(
+    ("time_s", "text"),
+    [(2.5, "2.5 s"), (1e-3, "1 ms"), (46.04e-6, "46 µs"), (3e-10, "0.3 ns"), (1e-6, "1 µs")],
+)
+def test_times_come_with_a_fitting_unit(time_s: float, text: str) -> None:
+    assert in_unit(time_s) == text
