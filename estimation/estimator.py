@@ -47,9 +47,7 @@ class Estimator(Protocol[StateT]):
 class BatchEstimator(Protocol[StateT]):
     """An estimator that also takes many measurements in one compiled call."""
 
-    def batch(
-        self, state: StateT, time_s: Array, y: Array
-    ) -> tuple[StateT, EstimateHistory]:
+    def batch(self, state: StateT, time_s: Array, y: Array) -> tuple[StateT, EstimateHistory]:
         """Take n measurements, (n,) and (n, n_y); the same as n steps."""
 
 

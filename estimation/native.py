@@ -23,9 +23,13 @@ from pathlib import Path
 
 import casadi as ca
 
-FLAGS = ("-O2", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-fPIC", "-shared")
+FLAGS = (
+    *("-O2", "-march=native", "-ffp-contract=off", "-fno-math-errno"),
+    *("-fno-semantic-interposition", "-fPIC", "-shared"),
+)
 """No -ffast-math: it breaks NaN. No contraction, which would gain an eighth: machine code and
-CasADi's virtual machine then round alike, to the last bit."""
+CasADi's virtual machine then round alike, to the last bit. Without semantic interposition
+generated functions inline their own helpers, which saves a seventh."""
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
 """For C written by hand."""

@@ -149,9 +149,7 @@ def report(
     return result
 
 
-def stepped(
-    engine: Engine, n_y: int, given: Array, time_s: Array, y: Array
-) -> tuple[Array, Array]:
+def stepped(engine: Engine, n_y: int, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
     """Return the state after n steps of an interpreted engine and what each says."""
     time_s, y = checked_input(engine.memory, n_y, given, time_s, y)
     results, memory = np.empty((len(time_s), engine.result.size)), given.copy()
