@@ -53,9 +53,9 @@ static int accelerate(const Window *s, const double *memory, int depth, long lon
     return 1;
 }
 
-/* Gauss-Newton passes to convergence; see mhe/descent.py. Writes trajectory, cost and
- * iterations. */
-static long long converge(const Window *s, double *memory, double *cost, double *iterations)
+/* Gauss-Newton passes to convergence; see mhe/descent.py. Writes trajectory and cost, and
+ * counts iterations on. */
+static long long descend(const Window *s, double *memory, double *cost, double *iterations)
 {
     const Model *m = &s->model;
     const Work *o = &s->work;
@@ -71,7 +71,7 @@ static long long converge(const Window *s, double *memory, double *cost, double 
     copy(o->z_next + n_x, w, n_noises);
     const double distance = prior_multiplier(s, P, o->d, o->z_next);
     const double readings = measure(s, memory, x, w, row_scale, noise_scale);
-    *iterations = 1;
+    (*iterations)++;
     if (!isfinite(readings)) {
         forward(s, memory, o->d, row_scale, noise_scale); /* the covariance is this window's */
         return STATUS_NOT_FINITE;
@@ -109,7 +109,7 @@ static long long converge(const Window *s, double *memory, double *cost, double 
             alpha = 1;
             *cost = J;
             const int last = sqrt(length) <= s->tolerance;
-            if (over && !last) return over;
+            if (s->most_iterations == 0 && !last) return STATUS_ITERATION_LIMIT;
             settling = isfinite(J) && length / 2 < RESOLUTION * fmax(1.0, fabs(J));
             const double slack = ROUNDING * fmax(1.0, fabs(J));
             accelerated = !last && depth > 0 && sqrt(length) < GATE
@@ -131,6 +131,7 @@ static long long converge(const Window *s, double *memory, double *cost, double 
             if (last) {
                 copy(x, o->x_try, count * n_x);
                 copy(w, o->z_try + n_x, n_noises);
+                copy(o->d, o->d_try, n_x);
                 *cost = J;
                 return 0;
             }
@@ -139,8 +140,31 @@ static long long converge(const Window *s, double *memory, double *cost, double 
         copy(w, o->z_try + n_x, n_noises);
         copy(o->d, o->d_try, n_x);
         copy(o->z_next, o->z_try, n_z);
+        *cost = J;
+        if (over) return over;
         double *swap = row_scale;
         row_scale = row_scale_try, row_scale_try = swap;
         swap = noise_scale, noise_scale = noise_scale_try, noise_scale_try = swap;
     }
+}
+
+/* Whether the window's first state is nearer to the prior than the descent believes: an
+ * angle went round on the way. */
+static int is_wound(const Window *s, const double *memory)
+{
+    const Work *o = &s->work;
+    difference(s, memory + s->memory.x, memory + s->memory.prior_mean, o->d_try);
+    for (long long i = 0; i < s->model.n_x; i++)
+        if (fabs(o->d[i] - o->d_try[i]) > WOUND * fmax(1.0, fabs(o->d[i]))) return 1;
+    return 0;
+}
+
+/* Descend, and again from there where an angle went round. */
+static long long converge(const Window *s, double *memory, double *cost, double *iterations)
+{
+    *iterations = 0;
+    long long status = descend(s, memory, cost, iterations);
+    for (int turn = 0; turn < MOST_TURNS && status == 0 && is_wound(s, memory); turn++)
+        status = descend(s, memory, cost, iterations);
+    return status;
 }

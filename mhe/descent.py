@@ -17,6 +17,10 @@ step g - z in units of the whitened problem, in which the Hessian is at least th
 It ends with a step shorter than the tolerance (solved), or where halving does not help any
 more: solved, if the step is shorter than ``FLOOR``, the accuracy that rounding allows.
 
+4. *Unwinding.* A deviation from the prior may have gone round a whole turn on the way.
+   Where the model's ``difference`` is shorter than the deviation (by more than ``WOUND``),
+   the descent begins again from its end, ``MOST_TURNS`` times at most.
+
 mhe/descent.c is the same in C.
 
 References
@@ -46,6 +50,8 @@ SINGULAR = 1e-12
 RESOLUTION = 1e-12
 SHORTEST_SETTLING = 1e-2
 FLOOR = 1e-6
+WOUND = 1e-6
+MOST_TURNS = 3
 
 DESCENT: Mapping[str, float] = MappingProxyType(
     {
@@ -57,6 +63,8 @@ DESCENT: Mapping[str, float] = MappingProxyType(
         "RESOLUTION": RESOLUTION,
         "SHORTEST_SETTLING": SHORTEST_SETTLING,
         "FLOOR": FLOOR,
+        "WOUND": WOUND,
+        "MOST_TURNS": MOST_TURNS,
     }
 )
 """The constants as macros for C."""
@@ -87,12 +95,19 @@ class Descended:
     iterations: int
 
 
-def descend(problem: Descending, z: Array, cost: float, config: MheConfig) -> Descended:
-    """Descend from the current point z with a given cost; see the module."""
+def descend(
+    problem: Descending, z: Array, cost: float, config: MheConfig, made: int = 0
+) -> Descended:
+    """Descend from the current point z with a given cost; see the module.
+
+    Parameters
+    ----------
+    made : iterations that this window has had already
+    """
     J, began, alpha, base = cost, time.perf_counter(), 1.0, math.inf
     points: list[tuple[Array, Array]] = []
     settling = accelerated = False
-    iterations = 0
+    iterations = made
     while True:
         iterations += 1
         g, length = problem.linearise()
@@ -120,8 +135,8 @@ def descend(problem: Descending, z: Array, cost: float, config: MheConfig) -> De
             points = [(z, g), *points[:2]]
             base, alpha = length, 1.0
             is_last = math.sqrt(length) <= config.tolerance
-            if over and not is_last:
-                return Descended(J, over, iterations)
+            if config.max_iterations == 0 and not is_last:
+                return Descended(J, Status.ITERATION_LIMIT, iterations)
             settling = math.isfinite(J) and length / 2 < RESOLUTION * max(1.0, abs(J))
             z_try, J_try, accelerated = z, J, False
             if not is_last and math.sqrt(length) < GATE:
@@ -145,6 +160,8 @@ def descend(problem: Descending, z: Array, cost: float, config: MheConfig) -> De
                 problem.take()
                 return Descended(J, Status.SOLVED, iterations)
         problem.take()
+        if over:
+            return Descended(J, over, iterations)
 
 
 def _accelerated(problem: Descending, points: Sequence[tuple[Array, Array]]) -> Array | None:

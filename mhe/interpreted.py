@@ -15,7 +15,7 @@ from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide
 from mhe.config import MheConfig
-from mhe.descent import descend
+from mhe.descent import MOST_TURNS, WOUND, descend
 from mhe.interpreted_pass import Scales, View, WindowPass
 from mhe.trajectory import Trajectory
 from models.arrays import Array
@@ -39,6 +39,7 @@ class InterpretedWindow:
         self._model, self._config, self._iterates = model, config, iterates
         self._pass = WindowPass(model, config)
 
+    @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
         """Return the state after a measurement and what the step says; `given` stays."""
         start = time.perf_counter()
@@ -144,8 +145,13 @@ class InterpretedWindow:
         if not np.isfinite(point.readings):
             newest = self._pass.run(window, point.d, point.scales).newest
             return newest, Status.NOT_FINITE, np.nan, 1
-        cost = point.readings + point.distance / 2
-        end = descend(point, point.z, cost, self._config)
+        end = descend(point, point.z, point.cost, self._config)
+        for _ in range(MOST_TURNS):
+            if end.status is not Status.SOLVED or not point.is_wound:
+                break
+            again = _Point(self._pass, window)
+            end = descend(again, again.z, again.cost, self._config, end.iterations)
+            point = again
         assert point.newest is not None
         return point.newest, end.status, end.cost, end.iterations
 
@@ -161,6 +167,17 @@ class _Point:
         self.z = np.concatenate([mu, window.w.ravel()])
         self.readings, self.scales = passes.measure(window, window.x, window.w)
         self._candidate = self.z, self.d, window.x, self.scales
+
+    @property
+    def cost(self) -> float:
+        """The window's cost at the point that it began with."""
+        return self.readings + self.distance / 2
+
+    @property
+    def is_wound(self) -> bool:
+        """Whether the first state is nearer to the prior than the deviation says."""
+        [short] = self._pass.call["difference"](self._window.x[0], self._window.prior.mean)
+        return bool((np.abs(self.d - short) > WOUND * np.maximum(1.0, np.abs(self.d))).any())
 
     def linearise(self) -> tuple[Array, float]:
         found = self._pass.run(self._window, self.d, self.scales)

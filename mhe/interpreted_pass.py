@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -81,7 +81,7 @@ class WindowPass:
         functions = window_functions(model, *self.stage.functions)
         self.call = {function.name(): FunctionCall(function) for function in functions}
         self._thresholds = config.thresholds([sensor.name for sensor in model.sensors])
-        self._noise_threshold = config.noise_threshold
+        self._noise_threshold, self._has_losses = config.noise_threshold, config.has_losses
 
     def measure(self, window: View, x: Array, w: Array) -> tuple[float, Scales]:
         """Return the cost of readings and noises, and the scales of their losses."""
@@ -120,8 +120,8 @@ class WindowPass:
                 gaussian = predictions[-1].state
                 [defect] = self.call["difference"](predictions[-1].reached, window.x[k])
                 deviation = predictions[-1].deviation + defect
-            reading = window.y[k], scales.rows[k], window.x[k], deviation
-            updates.append(self.stage.update(gaussian, *reading))
+            predicted, at = gaussian, (window.x[k], deviation)
+            updates.append(self.stage.update(predicted, window.y[k], scales.rows[k], *at))
             gaussian = updates[-1].state
         d_s, w_s = np.zeros(window.x.shape), np.zeros(window.w.shape)
         lam, lam_hat, length = np.zeros(0), np.zeros(len(d)), 0.0
@@ -136,7 +136,12 @@ class WindowPass:
             length += float(part[0])
         squares = sum(float(update.e @ update.e) for update in updates)
         finite = np.isfinite(squares) and np.isfinite(length)
-        return Pass(updates[-1], d_s, -lam, w_s, length if finite else np.nan)
+        newest = updates[-1]
+        if self._has_losses:  # told is the innovation itself, not its weighed share
+            told = self.stage.update(predicted, window.y[-1], window.present[-1], *at)
+            v, S = told.innovation, told.innovation_covariance
+            newest = replace(newest, innovation=v, innovation_covariance=S)
+        return Pass(newest, d_s, -lam, w_s, length if finite else np.nan)
 
     def roll_out(self, window: View, d: Array, w: Array) -> Array:
         """Return the states (n, n_x) that start at x̄ ⊞ d and are driven by w."""

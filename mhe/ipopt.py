@@ -221,10 +221,14 @@ class MheIpopt:
                 scale, _ = self._weights.noises(w)
                 dt = times[k] - times[k - 1]
                 gaussian = self._stage.predict(gaussian, dt, x, w, scale).state
-            x = trajectory.states[k]
+            x, predicted = trajectory.states[k], gaussian
             rows, _ = self._weights.readings(x, measurement.y)
-            update = self._stage.update(gaussian, measurement.y, rows, x)
+            update = self._stage.update(predicted, measurement.y, rows, x)
             gaussian = update.state
+        if self.config.has_losses:  # told is the innovation itself, not its weighed share
+            told = self._stage.update(predicted, measurement.y, x_lin=x)
+            v, S = told.innovation, told.innovation_covariance
+            update = replace(update, innovation=v, innovation_covariance=S)
         return update, GaussianState(trajectory.states[-1], gaussian.covariance)
 
     def _solver_options(self) -> dict[str, Any]:

@@ -119,6 +119,11 @@ static double forward(const Window *s, const double *memory, const double *d,
         update(m, o->d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_y),
                STAGE(row_scale, k, n_r), updated);
         squares += dot(STAGE(o->e, k, n_r), STAGE(o->e, k, n_r), n_r);
+        if (newest && s->has_losses) { /* told is the innovation itself, not its weighed share */
+            double *told[] = {0, 0, o->v, o->S, 0, 0, 0, 0};
+            update(m, o->d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_y),
+                   STAGE(memory + s->memory.present, k, n_r), told);
+        }
     }
     return squares;
 }

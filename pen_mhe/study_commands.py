@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from benchmark.bad_start_cases import CASES as BAD_STARTS
+from benchmark.bad_starts import ESTIMATORS as COMPARED
 from benchmark.consistency_runs import CASES
 from mhe.config import MheConfig
 from models.errors import InputError
@@ -94,6 +96,24 @@ def consistency(
         )
 
 
+def bad_starts(
+    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path(
+        "results/bad_starts"
+    ),
+    cases: Annotated[str, typer.Option(help="Names with commas.")] = ",".join(BAD_STARTS),
+    estimators: Annotated[str, typer.Option(help="Names with commas.")] = ",".join(COMPARED),
+    runs: Annotated[int, typer.Option(help="Of each case and estimator.", min=1)] = 100,
+    jobs: JobsOption = 2,
+) -> None:
+    """Start estimators at a wrong elevation and compare their first second."""
+    from pen_mhe import bad_starts_run  # tables and figures are slow to import
+
+    with one_sentence():
+        bad_starts_run.run_bad_starts(
+            output, names(cases) or (), names(estimators) or (), runs, jobs
+        )
+
+
 def printed_cost(
     output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path(
         "results/printed_cost"
@@ -151,6 +171,7 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "benchmark": benchmark,
     "observe": observe,
     "consistency": consistency,
+    "bad-starts": bad_starts,
     "printed-cost": printed_cost,
     "optimum": optimum,
     "dpoint-table": dpoint,

@@ -87,14 +87,14 @@ def test_the_ekf_is_consistent(degrees_of_freedom: int) -> None:
 
 
 def test_the_mhe_is_consistent_in_a_few_runs() -> None:
-    runs = runs_of("settled", "mhe-ipopt", range(12))
+    runs = runs_of("settled", "mhe", range(12))
     check_mean(runs, np.sqrt(2 * runs.n_x / 12))
 
 
 @pytest.mark.slow
 def test_the_mhe_is_consistent() -> None:
     """In two processes: a solver belongs to one."""
-    parts = [("settled", "mhe-ipopt", range(i, RUNS, PROCESSES)) for i in range(PROCESSES)]
+    parts = [("settled", "mhe", range(i, RUNS, PROCESSES)) for i in range(PROCESSES)]
     with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
         runs = joined(pool.map(runs_of, *zip(*parts, strict=True)))
     check_many(runs)
@@ -110,7 +110,7 @@ def test_a_pen_picked_up_makes_an_ekf_sure_of_its_errors() -> None:
 def test_a_pen_picked_up_is_no_problem_for_an_mhe() -> None:
     """The same recordings as the EKF's, the first eight."""
     seeds = range(8)
-    runs = runs_of("picked-up", "mhe-ipopt", seeds)
+    runs = runs_of("picked-up", "mhe", seeds)
     check_mean(runs, np.sqrt(2 * runs.n_x / len(seeds)))
     assert runs_of("picked-up", "ekf", seeds).nees.mean() > 10 * runs.n_x
 

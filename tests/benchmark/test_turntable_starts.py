@@ -28,8 +28,8 @@ from tests.models.test_turntable import equation_10
 DEG = math.pi / 180
 SIXTY = 60 * DEG
 QUICK = EstimatorSettings(mhe=MheConfig(horizon=5))
-DURATION_S = {"ekf": 2.0, "mhe-ipopt": 0.4}
-SIXTY_SEEDS = {"ekf": range(6), "mhe-ipopt": (0, 5, 19)}
+DURATION_S = {"ekf": 2.0, "mhe": 0.4}
+SIXTY_SEEDS = {"ekf": range(6), "mhe": (0, 5, 19)}
 """Seeds among which a start from 60° ends at the truth, and one in the mirror."""
 
 

@@ -39,7 +39,7 @@ ONCE_S, THERE_AND_BACK_S = 0.9, 2.4
 """The pen passes 90° at 0.7 s, at 112 °/s, and again at 1.7 s."""
 
 SETTINGS = EstimatorSettings(mhe=MheConfig(horizon=5))
-ENDS_S = {"ekf": THERE_AND_BACK_S, "mhe-ipopt": ONCE_S}
+ENDS_S = {"ekf": THERE_AND_BACK_S, "mhe": ONCE_S}
 """Estimator → how long it follows the motion."""
 
 

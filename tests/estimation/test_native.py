@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -16,11 +16,11 @@ from ekf_baseline.ekf import Ekf
 from estimation import native
 from estimation.function_call import FunctionCall
 from estimation.kalman_stage import predict_function, update_function
+from mhe.config import MheConfig
+from mhe.realtime import Mhe, MheRti
+from tests.closeness import estimate_error
+from tests.engines import needs_compiler, steps
 from tests.estimation.pens import draw_pen_run
-
-needs_compiler = pytest.mark.skipif(
-    shutil.which("gcc") is None and shutil.which("cc") is None, reason="no C compiler"
-)
 
 
 def small_function(factor: float = 2.0) -> ca.Function:
@@ -56,21 +56,25 @@ def test_without_a_compiler_the_function_itself_comes_back_with_one_warning() ->
 
 
 @needs_compiler
-def test_filter_without_a_compiler_gives_the_same_estimates(
-    monkeypatch: pytest.MonkeyPatch,
+def test_estimators_without_a_compiler_say_so_once_and_give_the_same(
+    request: pytest.FixtureRequest,
 ) -> None:
     run = draw_pen_run(10, 6)
-    compiled = Ekf(run.model)
-    monkeypatch.setattr("estimation.kalman_stage.compiled", lambda function: function)
-    interpreted = Ekf(run.model)
-    one, other = compiled.init(), interpreted.init()
-    for measurement in run.measurements:
-        one, a = compiled.step(one, measurement)
-        other, b = interpreted.step(other, measurement)
-        error = (a.state.mean - b.state.mean) / b.state.std
-        assert np.abs(error).max() < 1e-12
-        std = np.outer(b.state.std, b.state.std)
-        assert np.abs((a.state.covariance - b.state.covariance) / std).max() < 1e-12
+    builds: list[Callable[[], Any]] = [
+        lambda: Ekf(run.model),
+        lambda: MheRti(run.model, MheConfig(horizon=3)),
+        lambda: Mhe(run.model, MheConfig(horizon=3)),
+    ]
+    compiled = [build() for build in builds]
+    request.getfixturevalue("no_compiler")
+    with pytest.warns(RuntimeWarning, match="no C compiler") as caught:
+        interpreted = [build() for build in builds]
+    assert len(caught) == 1
+    for machine, plain in zip(compiled, interpreted, strict=True):
+        for a, b in zip(
+            steps(machine, run.measurements), steps(plain, run.measurements), strict=True
+        ):
+            assert estimate_error(run.model, a, b) < 1e-9
 
 
 @needs_compiler

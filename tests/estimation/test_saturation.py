@@ -17,6 +17,7 @@ from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheConfig
 from mhe.ipopt import MheIpopt
+from mhe.realtime import Mhe, MheRti
 from models.pen import pen_model
 from models.sensor_model import SATURATED_FRACTION
 from models.sensors import Accelerometer, Gyroscope, PoseCamera
@@ -34,6 +35,8 @@ AT = 3
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Estimator[Any]]] = {
     "ekf": Ekf,
     "mhe-ipopt": lambda model: MheIpopt(model, MheConfig(horizon=3)),
+    "mhe-rti": lambda model: MheRti(model, MheConfig(horizon=3)),
+    "mhe": lambda model: Mhe(model, MheConfig(horizon=3)),
 }
 FIRST_AXIS = {"accel": 0, "gyro": 3}
 

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import Any
+
 import numpy as np
 
 from estimation.estimate import Estimate
+from estimation.estimator import Estimator
 from estimation.recording import Measurement
 from mhe.config import MheConfig
 from mhe.ipopt import MheIpopt
+from mhe.realtime import Mhe, MheRti
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from tests.linear_models import LinearSystem
 from tests.references.batch import BatchProblem, linear_readings
 
+ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, MheConfig], Estimator[Any]]] = {
+    kind.name: kind for kind in (MheIpopt, MheRti, Mhe)
+}
+REAL_TIME, CONVERGING = ("mhe-rti", "mhe"), ("mhe-ipopt", "mhe")
+
 
 def run_mhe(
-    model: StateSpaceModel, measurements: list[Measurement], config: MheConfig
+    model: StateSpaceModel,
+    measurements: list[Measurement],
+    config: MheConfig,
+    estimator: str = "mhe-ipopt",
 ) -> list[Estimate]:
     """Return the estimates of all steps."""
-    mhe = MheIpopt(model, config)
+    mhe = ESTIMATORS[estimator](model, config)
     state, estimates = mhe.init(), []
     for measurement in measurements:
         state, estimate = mhe.step(state, measurement)

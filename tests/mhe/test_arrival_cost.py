@@ -18,7 +18,8 @@ from tests.linear_models import (
     irregular_times,
     random_walk_system,
 )
-from tests.mhe.runs import linear_batch, run_mhe
+from tests.mhe.runs import ESTIMATORS, linear_batch, run_mhe
+from tests.references.careless_arrival import newest_variance
 
 SYSTEMS = {"one axis": constant_acceleration_system(1), "coupled": coupled_system(3)}
 TOLERANCE_STD = 1e-8
@@ -29,13 +30,14 @@ def measured(system: LinearSystem) -> list[Measurement]:
     return system.simulate(irregular_times(24, rng), rng, missing=0.25)
 
 
+@pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("horizon", [1, 6])
-def test_none_forgets_what_was_before_the_window(name: str, horizon: int) -> None:
+def test_none_forgets_what_was_before_the_window(name: str, horizon: int, estimator: str) -> None:
     system = SYSTEMS[name]
     measurements, prior = measured(system), system.model.prior
     config = MheConfig(horizon=horizon, arrival_cost="none")
-    for k, estimate in enumerate(run_mhe(system.model, measurements, config)):
+    for k, estimate in enumerate(run_mhe(system.model, measurements, config, estimator)):
         window = measurements[max(0, k - horizon) : k + 1]
         diffuse = DIFFUSE_FACTOR**2 * prior.covariance
         wanted = linear_batch(system, window, covariance=diffuse).solve()
@@ -45,15 +47,18 @@ def test_none_forgets_what_was_before_the_window(name: str, horizon: int) -> Non
         assert np.abs(estimate.state.std / wanted.std[-1] - 1).max() < TOLERANCE_STD
 
 
+@pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("horizon", [1, 6])
-def test_constant_is_the_priors_covariance_around_the_prediction(name: str, horizon: int) -> None:
+def test_constant_is_the_priors_covariance_around_the_prediction(
+    name: str, horizon: int, estimator: str
+) -> None:
     """x̄ of a window is the prediction made for its first stage from all stages before."""
     system = SYSTEMS[name]
     measurements = measured(system)
     config = MheConfig(horizon=horizon, arrival_cost="constant")
     predictions = [system.model.prior.mean]
-    for k, estimate in enumerate(run_mhe(system.model, measurements, config)):
+    for k, estimate in enumerate(run_mhe(system.model, measurements, config, estimator)):
         first = max(0, k - horizon)
         window = measurements[first : k + 1]
         wanted = linear_batch(system, window, mean=predictions[first]).solve()
@@ -66,9 +71,13 @@ def test_constant_is_the_priors_covariance_around_the_prediction(name: str, hori
             predictions.append(system.F(dt) @ wanted.states[-1])
 
 
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("arrival_cost", ["filtered", "smoothed"])
 @pytest.mark.parametrize("copies", [1, 2])
 @pytest.mark.parametrize("horizon", [1, 3])
-def test_filtered_counts_nothing_twice(copies: int, horizon: int) -> None:
+def test_no_reading_is_counted_twice(
+    copies: int, horizon: int, arrival_cost: str, estimator: str
+) -> None:
     """A constant, prior variance 1, reading variance 1: after n readings 1 / (n + 1).
 
     A posterior used as the prior once more would give 1/3 where 1/2 is right.
@@ -76,7 +85,8 @@ def test_filtered_counts_nothing_twice(copies: int, horizon: int) -> None:
     system = random_walk_system(copies, q=1e-30, r=1.0, p0=1.0)
     rng = np.random.default_rng(7)
     measurements = system.simulate(np.arange(12.0), rng, missing=0.0)
-    estimates = run_mhe(system.model, measurements, MheConfig(horizon=horizon))
+    config = MheConfig(horizon=horizon, arrival_cost=arrival_cost)
+    estimates = run_mhe(system.model, measurements, config, estimator)
     y = np.array([m.y for m in measurements])
     for n, estimate in enumerate(estimates, start=1):
         assert estimate.state.covariance.shape == (copies, copies)
@@ -86,23 +96,41 @@ def test_filtered_counts_nothing_twice(copies: int, horizon: int) -> None:
         np.testing.assert_allclose(estimate.state.mean, mean, rtol=0, atol=1e-10)
 
 
+@pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("horizon", [1, 4])
-def test_filtered_settles_at_the_golden_ratio(horizon: int) -> None:
+def test_filtered_settles_at_the_golden_ratio(horizon: int, estimator: str) -> None:
     """A random walk, q = r = 1: P⁺ = (√5 - 1) / 2, whatever the horizon."""
     system = random_walk_system(2, q=1.0, r=1.0, p0=5.0)
     rng = np.random.default_rng(8)
     measurements = system.simulate(np.arange(40.0), rng, missing=0.0)
-    newest = run_mhe(system.model, measurements, MheConfig(horizon=horizon))[-1]
+    newest = run_mhe(system.model, measurements, MheConfig(horizon=horizon), estimator)[-1]
     variance = np.diag(newest.state.covariance)
     np.testing.assert_allclose(variance, (np.sqrt(5) - 1) / 2, rtol=1e-12)
 
 
-def test_the_three_differ() -> None:
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("horizon", [1, 4])
+def test_smoothed_is_not_surer_than_the_filter(horizon: int, estimator: str) -> None:
+    """A slow random walk: the careless version claims 0.7 of the true variance."""
+    q, r, p0, steps = 0.01, 1.0, 5.0, 60
+    system, rng = random_walk_system(1, q, r, p0), np.random.default_rng(9)
+    measurements = system.simulate(np.arange(float(steps)), rng, missing=0.0)
+    config = MheConfig(horizon=horizon, arrival_cost="smoothed")
+    newest = run_mhe(system.model, measurements, config, estimator)[-1].state
+    wanted = system.textbook(measurements)[-1]
+    np.testing.assert_allclose(newest.covariance, wanted.covariance, rtol=1e-10)
+    np.testing.assert_allclose(newest.mean, wanted.mean, rtol=0, atol=1e-9)
+    careless = newest_variance(q, r, p0, horizon, steps)
+    assert 0.65 < careless / wanted.covariance[0, 0] < 0.8
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_the_three_differ(estimator: str) -> None:
     """On the same readings the newest estimates are not the same: the name is used."""
     system = SYSTEMS["coupled"]
     measurements = measured(system)
     newest = [
-        run_mhe(system.model, measurements, MheConfig(horizon=3, arrival_cost=name))[-1]
+        run_mhe(system.model, measurements, MheConfig(3, arrival_cost=name), estimator)[-1]
         for name in ("none", "constant", "filtered")
     ]
     variances = [np.trace(estimate.state.covariance) for estimate in newest]

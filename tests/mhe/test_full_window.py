@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cache
+from typing import Any
+
 import numpy as np
 import pytest
 
+from estimation.estimator import Estimator
 from estimation.recording import Measurement
 from mhe.config import MheConfig
-from mhe.ipopt import MheIpopt
 from models.gaussian import GaussianState
 from tests.estimation import pens
 from tests.linear_models import (
@@ -16,31 +19,33 @@ from tests.linear_models import (
     coupled_system,
     irregular_times,
 )
-from tests.mhe.runs import full_length, linear_batch, run_mhe
-from tests.references.batch import BatchProblem, Solution
+from tests.mhe.runs import CONVERGING, ESTIMATORS, full_length, linear_batch, run_mhe
+from tests.references.batch import Solution
 
 TOLERANCE_STD = 1e-6
 N_STAGES = 16
 
 
+@pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("system", [constant_acceleration_system(2), coupled_system(9)])
-def test_linear_window(system: LinearSystem) -> None:
+def test_linear_window(system: LinearSystem, estimator: str) -> None:
     rng = np.random.default_rng(41)
     measurements = system.simulate(irregular_times(20, rng), rng)
-    newest = run_mhe(system.model, measurements, MheConfig(horizon=19))[-1]
+    newest = run_mhe(system.model, measurements, MheConfig(horizon=19), estimator)[-1]
     wanted = linear_batch(system, measurements).solve()
     assert newest.window is not None
     assert np.abs((newest.window.states - wanted.states) / wanted.std).max() < TOLERANCE_STD
     assert np.abs(newest.state.std / wanted.std[-1] - 1).max() < TOLERANCE_STD
 
 
-@pytest.fixture(scope="module")
-def pen_mhe() -> MheIpopt:
+@pytest.fixture(scope="module", params=CONVERGING)
+def pen_mhe(request: pytest.FixtureRequest) -> Estimator[Any]:
     run = pens.draw_pen_run(N_STAGES, seed=0)
-    return MheIpopt(run.model, MheConfig(horizon=full_length(run.measurements)))
+    config = MheConfig(horizon=full_length(run.measurements))
+    return ESTIMATORS[request.param](run.model, config)
 
 
-def newest_states(mhe: MheIpopt, measurements: list[Measurement]) -> np.ndarray:
+def newest_states(mhe: Estimator[Any], measurements: list[Measurement]) -> np.ndarray:
     state = mhe.init()
     for measurement in measurements:
         state, estimate = mhe.step(state, measurement)
@@ -49,7 +54,13 @@ def newest_states(mhe: MheIpopt, measurements: list[Measurement]) -> np.ndarray:
     return estimate.window.states
 
 
-def solve_batch(problem: BatchProblem) -> Solution:
+@cache
+def pen_optimum(seed: int, n: int = N_STAGES, azimuth: float = pens.PRIOR_MEAN[3]) -> Solution:
+    """The reference's optimum of the first n measurements of a run."""
+    mean = pens.PRIOR_MEAN.copy()
+    mean[3] = azimuth
+    measurements = pens.draw_pen_run(N_STAGES, seed, mean=mean).measurements[:n]
+    problem = pens.pen_batch(measurements, mean=mean)
     solution = problem.solve()
     gradient = problem.jacobian(solution.z).T @ problem.residual(solution.z)
     assert np.abs(gradient).max() < 1e-5, "the reference did not converge"
@@ -57,39 +68,41 @@ def solve_batch(problem: BatchProblem) -> Solution:
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
-def test_pen_window(pen_mhe: MheIpopt, seed: int) -> None:
+def test_pen_window(pen_mhe: Estimator[Any], seed: int) -> None:
     measurements = pens.draw_pen_run(N_STAGES, seed).measurements
     y = np.array([m.y for m in measurements])
     assert 0.2 < np.isnan(y).mean() < 0.8
     states = newest_states(pen_mhe, measurements)
-    wanted = solve_batch(pens.pen_batch(measurements))
+    wanted = pen_optimum(seed)
     assert np.abs((states - wanted.states) / wanted.std).max() < TOLERANCE_STD
 
 
-def test_growing_pen_windows(pen_mhe: MheIpopt) -> None:
-    """Windows that are still padded have the optimum of their own stages."""
+def test_growing_pen_windows(pen_mhe: Estimator[Any]) -> None:
+    """Windows that still grow have the optimum of their own stages."""
     measurements = pens.draw_pen_run(N_STAGES, seed=1).measurements
     state = pen_mhe.init()
     for k, measurement in enumerate(measurements[:9]):
         state, estimate = pen_mhe.step(state, measurement)
         if k not in (1, 4, 8):
             continue
-        wanted = solve_batch(pens.pen_batch(measurements[: k + 1]))
+        wanted = pen_optimum(1, k + 1)
         assert estimate.window is not None
         error = (estimate.window.states - wanted.states) / wanted.std
         assert np.abs(error).max() < TOLERANCE_STD
         assert np.abs(estimate.state.std / wanted.std[-1] - 1).max() < TOLERANCE_STD
 
 
-def test_pen_window_across_half_a_turn() -> None:
+@pytest.mark.parametrize("estimator", CONVERGING)
+def test_pen_window_across_half_a_turn(estimator: str) -> None:
     """Azimuth passes ±π inside the window; the reference does not wrap, the MHE does."""
     turned = pens.PRIOR_MEAN.copy()
     turned[3] = np.pi - 0.05
     run = pens.draw_pen_run(N_STAGES, seed=13, mean=turned)
     prior = GaussianState(turned, np.diag(pens.PRIOR_STD**2))
-    mhe = MheIpopt(run.model.replace(prior=prior), MheConfig(horizon=full_length(run.measurements)))
+    config = MheConfig(horizon=full_length(run.measurements))
+    mhe = ESTIMATORS[estimator](run.model.replace(prior=prior), config)
     states = newest_states(mhe, run.measurements)
-    wanted = solve_batch(pens.pen_batch(run.measurements, mean=turned))
+    wanted = pen_optimum(13, azimuth=turned[3])
     azimuth = wanted.states[:, 3]
     assert azimuth.min() < np.pi < azimuth.max(), "the case does not cross"
     assert np.abs(states[:, 3]).max() <= np.pi

@@ -15,6 +15,7 @@ from mhe.ipopt import MheConfig, MheIpopt, MheState
 from models.arrays import Array
 from tests.estimation import pens
 from tests.linear_models import constant_acceleration_system, coupled_system, irregular_times
+from tests.mhe.runs import ESTIMATORS
 from tests.references.batch import white_jerk_step
 
 RUN = pens.draw_pen_run(14, seed=4)
@@ -96,8 +97,9 @@ def test_constraints_that_cannot_be_met_are_infeasible() -> None:
         assert Status.INFEASIBLE in estimate.status
 
 
-def test_a_late_measurement_is_flagged_and_changes_nothing() -> None:
-    mhe = MheIpopt(RUN.model, MheConfig(horizon=4))
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_late_measurement_is_flagged_and_changes_nothing(estimator: str) -> None:
+    mhe = ESTIMATORS[estimator](RUN.model, MheConfig(horizon=4))
     state = mhe.init()
     for measurement in RUN.measurements[:8]:
         state, before = mhe.step(state, measurement)
@@ -113,10 +115,11 @@ def test_a_late_measurement_is_flagged_and_changes_nothing() -> None:
     np.testing.assert_array_equal(one.state.mean, other.state.mean)
 
 
-def test_no_reading_is_flagged_and_gives_the_prediction() -> None:
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_no_reading_is_flagged_and_gives_the_prediction(estimator: str) -> None:
     system, rng = constant_acceleration_system(1), np.random.default_rng(72)
     measurements = system.simulate(irregular_times(9, rng), rng, missing=0.0)
-    mhe = MheIpopt(system.model, MheConfig(horizon=3))
+    mhe = ESTIMATORS[estimator](system.model, MheConfig(horizon=3))
     state = mhe.init()
     for measurement in measurements:
         state, before = mhe.step(state, measurement)
@@ -130,11 +133,12 @@ def test_no_reading_is_flagged_and_gives_the_prediction() -> None:
     assert np.isnan(estimate.innovation).all()
 
 
+@pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("bad", [np.inf, -np.inf])
-def test_an_infinite_reading_is_flagged_and_counts_as_missing(bad: float) -> None:
+def test_an_infinite_reading_is_flagged_and_counts_as_missing(bad: float, estimator: str) -> None:
     system, rng = coupled_system(4), np.random.default_rng(73)
     measurements = system.simulate(irregular_times(6, rng), rng, missing=0.0)
-    mhe = MheIpopt(system.model, MheConfig(horizon=3))
+    mhe = ESTIMATORS[estimator](system.model, MheConfig(horizon=3))
     state = mhe.init()
     for measurement in measurements:
         state, _ = mhe.step(state, measurement)

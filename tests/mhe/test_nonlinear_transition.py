@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from estimation.kalman_stage import KalmanStage
-from estimation.recording import Measurement
 from mhe.arrival_cost import RELINEARISATION_LIMIT
 from mhe.config import MheConfig
 from mhe.ipopt import MheIpopt
-from models.arrays import Array
 from models.gaussian import GaussianState
 from tests.mhe import pendulum
 from tests.mhe.pendulum import PendulumBatch
@@ -35,24 +33,6 @@ def test_prediction_is_linearised_at_the_point_given(stage: KalmanStage) -> None
         np.testing.assert_allclose(predicted.covariance, wanted_P, rtol=0, atol=1e-12)
 
 
-def eliminate(
-    prior: GaussianState, dropped: Measurement, dt: float, x_lin: Array, w_lin: Array | None
-) -> GaussianState:
-    """One update at x_lin and one prediction by hand; at the filter's own mean without w_lin."""
-    there = ~np.isnan(dropped.y)
-    H = np.array([[np.cos(x_lin[0]), 0.0], [0.0, 1.0]])[there]
-    h = np.array([np.sin(x_lin[0]), x_lin[1]])[there]
-    R = np.diag(np.square([pendulum.SINE_STD, pendulum.RATE_STD])[there])
-    x, P = prior.mean, prior.covariance
-    K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
-    x, P = x + K @ (dropped.y[there] - h - H @ (x - x_lin)), P - K @ H @ P
-    if w_lin is None:
-        x_lin, w_lin = x, np.zeros(2)
-    F, G = pendulum.derivatives(x_lin, w_lin, dt)
-    reached = pendulum.step(x_lin, w_lin, dt) + F @ (x - x_lin) - G @ w_lin
-    return GaussianState(reached, F @ P @ F.T + G @ G.T)
-
-
 def test_filtered_arrival_cost_eliminates_the_dropped_stage() -> None:
     """At the filter's mean; at the window's trajectory where the mean misjudges the reading."""
     measurements, relinearised = pendulum.simulate(60, seed=2), []
@@ -72,7 +52,7 @@ def test_filtered_arrival_cost_eliminates_the_dropped_stage() -> None:
         has_sine = not np.isnan(dropped.y[0])
         far = has_sine and abs(curved) / pendulum.SINE_STD > RELINEARISATION_LIMIT
         at = (x, w) if far else (mean, None)
-        wanted = eliminate(before.prior, dropped, dt, *at)
+        wanted = pendulum.eliminate(before.prior, dropped, dt, *at)
         relinearised.append(far)
         assert np.abs((state.prior.mean - wanted.mean) / wanted.std).max() < 1e-10
         error_P = state.prior.covariance - wanted.covariance

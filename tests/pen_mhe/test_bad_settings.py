@@ -140,7 +140,7 @@ OPTIONS = {
     ),
     "horizon of zero": Case(
         ("horizon is 0", "expected at least 1 interval"),
-        options=("--estimator", "mhe-ipopt", "--horizon", "0"),
+        options=("--estimator", "mhe", "--horizon", "0"),
     ),
 }
 

@@ -23,7 +23,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.parametrize("estimator", ["ekf", "mhe-ipopt"])
+@pytest.mark.parametrize("estimator", ["ekf", "mhe"])
 def test_simulate_then_estimate(recording: Path, tmp_path: Path, estimator: str) -> None:
     output, figure = tmp_path / "out.parquet", tmp_path / "out.png"
     result = runner.invoke(
@@ -59,7 +59,7 @@ BAD = {
     "unknown sensor": (["--sensors", "accel,radar"], "sensor radar is not in the pen"),
     "sensor without readings": (["--sensors", "accel_lower"], "has no sensor accel_lower"),
     "horizon": (
-        ["--estimator", "mhe-ipopt", "--horizon", "0"],
+        ["--estimator", "mhe", "--horizon", "0"],
         "horizon is 0, expected at least 1",
     ),
     "camera rate": (["--camera-rate", "7"], "does not divide the recorded 30 Hz"),

@@ -69,7 +69,7 @@ def test_ekf_on_the_whole_recording(dpoint_folder: Path) -> None:
 @pytest.mark.parametrize("rate_hz", [30, 10, 3])
 def test_mhe_on_ten_seconds(dpoint_folder: Path, rate_hz: float) -> None:
     ekf = estimate(dpoint_folder, "ekf", rate_hz, 0, 10.0)
-    mhe = estimate(dpoint_folder, "mhe-ipopt", rate_hz, 0, 10.0)
+    mhe = estimate(dpoint_folder, "mhe", rate_hz, 0, 10.0)
     assert mhe.history.solved_fraction >= 0.99
     assert ink_mm(mhe) <= ink_mm(ekf) + MHE_MARGIN_MM
 
@@ -88,11 +88,11 @@ def test_the_full_table(dpoint_folder: Path, tmp_path: Path) -> None:
             name: np.mean(
                 [cells[f"{name}-{rate_hz}Hz-{phase}"]["ink_mm"] for phase in range(phases)]
             )
-            for name in ("ekf", "mhe-ipopt")
+            for name in ("ekf", "mhe")
         }
-        assert mean["mhe-ipopt"] <= mean["ekf"] + MHE_MARGIN_MM
+        assert mean["mhe"] <= mean["ekf"] + MHE_MARGIN_MM
         for phase in range(phases):
-            assert cells[f"mhe-ipopt-{rate_hz}Hz-{phase}"]["solved"] >= 0.99
+            assert cells[f"mhe-{rate_hz}Hz-{phase}"]["solved"] >= 0.99
 
 
 def test_an_interrupted_table_resumes(

@@ -1,0 +1,74 @@
+"""`mhe` ends where IPOPT ends, from the same start, on windows of a seeded table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmark.registry import contract_models
+from benchmark.window_cases import window_case, window_table
+from benchmark.window_comparison import (
+    ABOVE,
+    IPOPT_FAILED,
+    IPOPT_SETTINGS,
+    SAME,
+    WindowRow,
+    WindowSummary,
+    compare,
+    compared,
+    summary,
+)
+from benchmark.window_kinds import KINDS
+from benchmark.window_reference import IpoptReference
+from pen_mhe.optimum_run import compare_all
+from tests.references.gauss_newton import DenseGaussNewton
+
+SHORT = 8
+QUICK = window_table(len(contract_models()) * len(KINDS), horizons=(SHORT,))
+MOST_ABOVE, LEAST_SAME = 0.01, 0.95
+
+
+def listed(rows: Sequence[WindowRow]) -> str:
+    return "\n".join(map(str, rows))
+
+
+def check(rows: Sequence[WindowRow]) -> WindowSummary:
+    found = summary(rows)
+    assert not found.missed, listed(found.missed)
+    assert found.verdicts[ABOVE] <= MOST_ABOVE * len(rows), listed(found.above)
+    return found
+
+
+@pytest.mark.parametrize("model", contract_models())
+def test_the_optimum_is_ipopts(model: str) -> None:
+    keys = [key for key in QUICK if key.model == model]
+    assert {key.kind for key in keys} == set(KINDS)
+    found = check([compare(key) for key in keys])
+    assert found.near_anyway == found.verdicts[IPOPT_FAILED], listed(found.ipopt_failed)
+
+
+@pytest.mark.slow
+def test_the_optimum_is_ipopts_on_a_thousand_windows() -> None:
+    rows = compare_all(window_table(1000), jobs=2)
+    assert check(rows).verdicts[SAME] >= LEAST_SAME * len(rows)
+
+
+@pytest.mark.parametrize("model", ["turntable accel+gyro", "pen5 accel", "pen6 accel+gyro+camera"])
+def test_a_dense_gauss_newton_ends_there_too(model: str) -> None:
+    """The reference, the step that judges it and the unit, by an implementation of its own."""
+    keys = [key for key in QUICK if key.model == model]
+    settings = replace(IPOPT_SETTINGS, horizon=SHORT)
+    for case in map(window_case, keys):
+        dense, reference = DenseGaussNewton(case.model), IpoptReference(case.model, settings)
+        row = compared(case, dense, reference)
+        assert row.verdict == SAME, row
+        assert row.holds, row
+        newest = dense.solve(case.prior, case.measurements, case.guess).newest.covariance
+        scale = np.sqrt(np.diag(newest))
+        expected = reference.solve(case).solution.newest.covariance
+        np.testing.assert_allclose(
+            expected / np.outer(scale, scale), newest / np.outer(scale, scale), atol=1e-6
+        )
