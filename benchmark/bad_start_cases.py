@@ -69,14 +69,14 @@ def _at_own_speed(part: str) -> dict[str, float]:
 
 KNOWLEDGE: Mapping[str, Knowledge] = MappingProxyType(
     {
-        "pen file": Knowledge("what the pen file says", {}, {}),
+        "pen file": Knowledge("the pen file", {}, {}),
         "gentle": Knowledge(
             "how handwriting moves", _at_own_speed("prior"), _at_own_speed("process_noise")
         ),
-        "at rest": Knowledge("that it starts at rest", _AT_REST, {}),
-        "gesture": Knowledge("that it starts at rest, and its jerk", _AT_REST, _GESTURE),
-        "held": Knowledge("that it is held still", _AT_REST, _HELD),
-        "held, unbiased": Knowledge("that it is held still, no bias", _AT_REST, _HELD, False),
+        "at rest": Knowledge("rest at the start", _AT_REST, {}),
+        "gesture": Knowledge("rest at the start, and its jerk", _AT_REST, _GESTURE),
+        "held": Knowledge("that it is held", _AT_REST, _HELD),
+        "held, unbiased": Knowledge("that it is held, no bias", _AT_REST, _HELD, False),
     }
 )
 """Name → what is told; each is true of the motions that it is used with."""
@@ -111,6 +111,12 @@ class BadStart:
     rate_axes: str = "xyz"
 
     @property
+    def start(self) -> str:
+        """The start in words, for tables and figures."""
+        told = "" if self.told_std_rad is None else f", told ± {self.told_std_rad:g}"
+        return f"{self.wrong_rad:g}{told}"
+
+    @property
     def std_rad(self) -> float:
         """Standard deviation of the elevation that the estimator is told."""
         if self.told_std_rad is not None:
@@ -129,6 +135,8 @@ _STROKES = BadStart(
 )
 _GROUPS: Mapping[str, tuple[BadStart, Sequence[float]]] = {
     "writing": (_WRITING, (0.0, 0.5, 1.0)),
+    "too-sure": (replace(_WRITING, told_std_rad=0.25), (0.5,)),
+    "unsure": (replace(_WRITING, told_std_rad=1.0), (0.5,)),
     "gentle": (replace(_WRITING, knowledge="gentle"), (0.0, 0.5, 1.0)),
     "held": (
         replace(_WRITING, label="accel + gyro, held still", motion="still", knowledge="held"),

@@ -122,8 +122,8 @@ def _print(
         case = CASES[name]
         told = KNOWLEDGE[case.knowledge].label
         cells = [cell(rows[name, estimator]) for estimator in estimators]
-        lines.append([case.label, told, f"{case.wrong_rad:g}", *cells])
-    print_table(title, ["case", "told", "wrong / rad", *estimators], lines)
+        lines.append([case.label, told, case.start, *cells])
+    print_table(title, ["case", "told", "start wrong by / rad", *estimators], lines)
 
 
 def bad_starts_figure(runs: Runs, cases: Sequence[str], estimators: Sequence[str]) -> Figure:
@@ -148,12 +148,14 @@ def bad_starts_figure(runs: Runs, cases: Sequence[str], estimators: Sequence[str
     for axes, name in zip(grid[0], cases, strict=True):
         case = CASES[name]
         told = KNOWLEDGE[case.knowledge].label
-        axes.set_title(f"{case.label}\n{case.wrong_rad:g} rad off; told {told}", fontsize=9)
+        axes.set_title(f"{case.label}\nstart wrong by {case.start} rad\ntold: {told}", fontsize=9)
     for axes in grid[-1]:
         axes.set_xlabel("time / s")
     grid[0, 0].legend(fontsize=8, loc="lower left")
     count = len(runs[cases[0], estimators[0]])
-    figure.suptitle(f"Start wrong in elevation: median and 10–90 % of {count} runs", fontsize=11)
+    figure.suptitle(
+        f"A wrong elevation at the start: median and 10–90 % of {count} runs", fontsize=11
+    )
     return figure
 
 

@@ -72,7 +72,7 @@ def test_the_start_is_wrong_by_what_is_stated_and_nothing_else_is_told(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     case = CASES[name]
-    own, told_of_seed = case_model(case), {}
+    own = case_model(case)
     for seed in (1, 2):
         told, recording = what_the_estimator_is_given(case, seed, monkeypatch)
         assert recording.truth is None
@@ -81,14 +81,14 @@ def test_the_start_is_wrong_by_what_is_stated_and_nothing_else_is_told(
         assert truth is not None
         error = told.prior.mean[column] - truth.states([ELEVATION], truth.time_s[:1])[0, 0]
         assert abs(error) == pytest.approx(case.wrong_rad, abs=1e-12)
-        assert told.prior.std[column] == pytest.approx(max(case.wrong_rad, 0.1), rel=1e-12)
+        honest = max(case.wrong_rad, 0.1) if case.told_std_rad is None else case.told_std_rad
+        assert told.prior.std[column] == pytest.approx(honest, rel=1e-12)
         others = np.arange(told.n_x) != column
         np.testing.assert_array_equal(told.prior.mean[others], own.prior.mean[others])
         np.testing.assert_array_equal(
             told.prior.covariance[np.ix_(others, others)],
             own.prior.covariance[np.ix_(others, others)],
         )
-        told_of_seed[seed] = told.prior.mean[column]
 
 
 def test_a_seed_is_one_start_for_every_estimator_and_both_signs_come() -> None:

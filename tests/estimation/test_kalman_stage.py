@@ -156,7 +156,9 @@ def test_covariance_stays_positive_definite_on_a_long_stream() -> None:
     stage, gaussian, y = KalmanStage(model), model.prior, np.zeros(6)
     smallest = np.inf
     for _ in range(3000):
-        gaussian = stage.predict(stage.update(gaussian, y, x_lin=model.prior.mean).state, 0.01).state
+        gaussian = stage.predict(
+            stage.update(gaussian, y, x_lin=model.prior.mean).state, 0.01
+        ).state
         correlation = gaussian.covariance / np.outer(gaussian.std, gaussian.std)
         smallest = min(smallest, float(np.linalg.eigvalsh(correlation)[0]))
     assert gaussian.std[:3].max() > 100.0  # m
