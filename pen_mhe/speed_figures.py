@@ -11,14 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from benchmark.speed.contender import BATCH, CONVERGED, ONE_PASS
+from benchmark.speed.contender import BATCH, CONVERGED, ONE_PASS, PASS_CALL
 from benchmark.speed.rows import Row
 
 MODE_STYLES: Mapping[str, Mapping[str, Any]] = {
     ONE_PASS: {"color": "C0", "marker": "o"},
+    PASS_CALL: {"color": "C0", "marker": "v"},
     CONVERGED: {"color": "C1", "marker": "s"},
     BATCH: {"color": "C2", "marker": "D"},
 }
+WINDOW_MODES = (ONE_PASS, PASS_CALL, CONVERGED)
 OTHER_MODE: Mapping[str, Any] = {"color": "C3", "marker": "^"}
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 TIME_LABEL = "time per window: median, to 99 % quantile"
@@ -37,9 +39,9 @@ def contender_figure(rows: Sequence[Row]) -> Figure:
     """Draw one panel per problem: contenders below each other, time on a log axis."""
     by_problem: dict[tuple[str, int], list[Row]] = {}
     for row in rows:
-        if row.mode in (ONE_PASS, CONVERGED):
+        if row.mode in WINDOW_MODES:
             by_problem.setdefault((row.problem, row.horizon), []).append(row)
-    streams = [row for row in rows if row.mode not in (ONE_PASS, CONVERGED)]
+    streams = [row for row in rows if row.mode not in WINDOW_MODES]
     panels = [(f"{problem}, N = {N}", found) for (problem, N), found in by_problem.items()]
     if streams:
         panels.append((f"{streams[0].problem}, stream: time per sample", streams))
@@ -101,7 +103,7 @@ def horizon_figure(rows: Sequence[Row], problem: str = HORIZON_PROBLEM) -> Figur
     axes.set_ylabel("median time per window")
     axes.set_title(f"{problem}: time over the horizon; slope 1 is linear", fontsize=10)
     _time_axis(axes, "y")
-    axes.legend(fontsize=8)
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
     return figure
 
 

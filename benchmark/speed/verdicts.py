@@ -58,17 +58,21 @@ class Verdict:
 
 PEN_20 = ("pen15", 20)
 ONE_PASS_20 = Key(*PEN_20, "mhe-rti", ONE_PASS)
+PASS_CALL_20 = Key(*PEN_20, "mhe-rti", PASS_CALL)
+"""Like the others' times without what surrounds the solver; the whole step holds it."""
+
 FILTERPY = Key("pen15", 0, "filterpy", STEP)
 
 PROMISES: tuple[Promise, ...] = (
     *(
         Promise(
-            f"one pass, N = 20, at least {least} times faster than {contender}",
-            ONE_PASS_20,
+            f"one pass, N = 20, {timed}: at least {least} times faster than {contender}",
+            own,
             Key(*PEN_20, contender, mode),
             least=least,
             inverse=True,
         )
+        for own, timed in ((PASS_CALL_20, "compiled call"), (ONE_PASS_20, "whole step"))
         for contender, mode, least in (
             ("ipopt", CONVERGED, 200),
             ("ipopt-exact", CONVERGED, 200),
@@ -80,7 +84,7 @@ PROMISES: tuple[Promise, ...] = (
         Promise(
             f"one pass, compiled call: time per stage at N = {N} against N = 20",
             Key("pen15", N, "mhe-rti", PASS_CALL),
-            Key(*PEN_20, "mhe-rti", PASS_CALL),
+            PASS_CALL_20,
             least=0.8,
             most=1.2,
             per_stage=True,

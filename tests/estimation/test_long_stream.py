@@ -22,6 +22,8 @@ from tests.estimation import endless
 
 STATM = Path("/proc/self/statm")
 MOST_GROWTH_BYTES = 1e6
+WARM_UP = 5
+"""Parts until the allocator has all it wants for a batch's arrays."""
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Any]] = {
     "ekf": Ekf,
     "mhe-rti": lambda model: MheRti(model, MheConfig(horizon=5)),
@@ -54,7 +56,7 @@ def follow(name: str, n_parts: int) -> None:
     model = endless.model()
     live, batch = ESTIMATORS[name](model), ESTIMATORS[name](model)
     live_state, batch_state = live.init(), batch.init()
-    truth, grown = endless.loop_states()[-1], []
+    truth, grown, resident = endless.loop_states()[-1], [], []
     for part, (time_s, y) in enumerate(endless.parts(n_parts)):
         warm = resident_bytes()
         live_state, estimate = stepped(live, live_state, time_s, y)
@@ -63,12 +65,14 @@ def follow(name: str, n_parts: int) -> None:
         assert_end(history, estimate)
         assert all(status.is_solved for status in history.status)
         del history
+        resident.append(resident_bytes())
         if part:
             std = estimate.state.std
             assert abs(estimate.state.mean[ELEVATION] - truth[ELEVATION]) < 4 * std[ELEVATION]
             assert std[ELEVATION] < 0.01
             assert std[:3].max() < 0.5, "the writing area holds the position"
     assert sum(grown[1:]) < MOST_GROWTH_BYTES, grown
+    assert resident[-1] - resident[min(WARM_UP, n_parts - 1)] < MOST_GROWTH_BYTES, resident
 
 
 needs_statm = pytest.mark.skipif(not STATM.exists(), reason="no /proc/self/statm")
