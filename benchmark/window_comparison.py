@@ -34,10 +34,12 @@ COST_LIMIT = 1e-9
 SAME_COST = 1e-6
 """Costs farther apart than this, relative, are those of different minima."""
 
-SETTINGS = MheConfig(tolerance=1e-10, max_iterations=1000)
+SETTINGS = MheConfig(tolerance=1e-10, max_iterations=5000)
 """Of the solver that is compared. Where Gauss-Newton converges slowly, the way left is up to a
-hundred times as long as its next step."""
+hundred times as long as its next step; 5000 passes take half a second, so that the number of
+passes ends nothing."""
 IPOPT_SETTINGS = MheConfig(tolerance=1e-12, max_iterations=500)
+"""Of each run of IPOPT; more iterations than these, some seconds, leave it where it stands."""
 
 SAME, ABOVE, BELOW, IPOPT_FAILED = "same", "above", "below", "ipopt failed"
 VERDICTS = (SAME, ABOVE, BELOW, IPOPT_FAILED)
