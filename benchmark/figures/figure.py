@@ -1,0 +1,79 @@
+"""A figure as data: what it shows, whoever draws it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from models.arrays import Array
+
+Style = Literal["line", "dashed", "points"]
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """One curve.
+
+    Parameters
+    ----------
+    name : in the legend, and of its colour: one name has one colour in the whole report
+    x, y : (n,); NaN leaves a gap
+    std : (n,) standard deviation; ±2 of it are drawn as a band. None draws none
+    low, high : (n,) ends of an interval, drawn as error bars; None draws none
+    style : points are not joined
+    """
+
+    name: str
+    x: Array
+    y: Array
+    std: Array | None = None
+    low: Array | None = None
+    high: Array | None = None
+    style: Style = "line"
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One pair of axes.
+
+    Parameters
+    ----------
+    title : above it
+    x_label, y_label : with units
+    lines : the first ones are drawn below
+    x_log, y_log : logarithmic axes
+    equal : one unit is as long on both axes: paths on paper
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    lines: Sequence[Line]
+    x_log: bool = False
+    y_log: bool = False
+    equal: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """Panels that are read together.
+
+    Parameters
+    ----------
+    key : for file names and links: ``pen-figure-4``
+    title : what is to be seen
+    caption : sentences: how it was made, what to look at
+    panels : by rows; panels of one column share their x axis where their labels agree
+    columns : number of panels beside each other
+    """
+
+    key: str
+    title: str
+    caption: str
+    panels: Sequence[Panel]
+    columns: int = 1
+
+
+TRUTH = "truth"
+"""Name of the true curve."""

@@ -1,0 +1,1 @@
+"""The report of a benchmark run, for browsers and for terminals."""

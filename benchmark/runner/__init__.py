@@ -1,0 +1,1 @@
+"""Runs tasks in processes or on a cluster, and keeps what they found."""

@@ -1,0 +1,107 @@
+"""``run.json``: with what, where, from what and for how long a run was made."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from benchmark.runner.identity import ROOT, code_identity, versions
+from models.errors import InputError
+
+NAME = "run.json"
+CPU_INFO = Path("/proc/cpuinfo")
+
+
+def about(command: str, suites: list[str], seeds: int) -> dict[str, Any]:
+    """Return what is known of a run before its first task."""
+    return {
+        "command": command,
+        "suites": suites,
+        "seeds": seeds,
+        "code": code_identity(),
+        "versions": versions(),
+        "machine": machine(),
+        "git": git_state(),
+        "sessions": [],
+    }
+
+
+def session(
+    started: datetime, seconds: float, jobs: str, tasks: int, finished: bool
+) -> dict[str, Any]:
+    """Return one sitting of a run: a run that was killed and continued has several.
+
+    Parameters
+    ----------
+    jobs : processes, or the scheduler
+    tasks : that it ran
+    finished : whether all tasks were finished at its end
+    """
+    return {
+        "started": started.astimezone(UTC).isoformat(timespec="seconds"),
+        "seconds": round(seconds, 1),
+        "jobs": jobs,
+        "tasks": tasks,
+        "finished": finished,
+    }
+
+
+def machine() -> dict[str, Any]:
+    """Return processor, system and number of cores; nothing that names the machine."""
+    return {
+        "processor": _processor(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "cores": os.cpu_count(),
+    }
+
+
+def git_state() -> dict[str, Any]:
+    """Return commit and whether files differ from it; empty outside a repository."""
+    if not (ROOT / ".git").exists():
+        return {}
+    try:
+        commit = _git("rev-parse", "HEAD").strip()
+        return {"commit": commit, "dirty": bool(_git("status", "--porcelain", "-uno").strip())}
+    except (OSError, subprocess.CalledProcessError):
+        return {}
+
+
+def write_about(run: Mapping[str, Any], folder: Path) -> None:
+    """Write ``run.json``."""
+    part = folder / f"{NAME}.part"
+    part.write_text(json.dumps(run, indent=2, ensure_ascii=False), "utf-8")
+    part.replace(folder / NAME)
+
+
+def read_about(folder: Path) -> dict[str, Any]:
+    """Read ``run.json``; raises `InputError` where it is missing or no JSON object."""
+    path = folder / NAME
+    try:
+        found = json.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}, expected the folder of a run") from None
+    except ValueError as error:
+        raise InputError(f"{path}: {error}, expected JSON") from None
+    if not isinstance(found, dict):
+        raise InputError(f"{path} holds no object, expected what a run wrote")
+    return found
+
+
+def _git(*arguments: str) -> str:
+    return subprocess.run(
+        ["git", "-C", str(ROOT), *arguments], capture_output=True, text=True, check=True
+    ).stdout
+
+
+def _processor() -> str:
+    if CPU_INFO.is_file():
+        for line in CPU_INFO.read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor()

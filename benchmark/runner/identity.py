@@ -1,0 +1,60 @@
+"""What a result depends on besides its task: the code, its libraries, the files it read."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+from benchmark.suites import find_suite
+from benchmark.tasks.suite import Scope
+from benchmark.tasks.task import Task
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+ROOMS = ("models", "estimation", "ekf_baseline", "classical_baseline", "mhe", "benchmark")
+SHOWS_ONLY = ("benchmark/report", "benchmark/figures", "benchmark/verdicts")
+"""Code that no result depends on."""
+
+SUFFIXES = (".py", ".c", ".toml")
+LIBRARIES = ("casadi", "numpy", "scipy", "osqp", "pandas", "pyarrow", "pydantic", "pen-mhe")
+NUMERICAL = ("casadi", "numpy", "scipy")
+"""Libraries whose other versions may give other digits."""
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the libraries."""
+    return {"python": platform.python_version(), **{name: version(name) for name in LIBRARIES}}
+
+
+@cache
+def code_identity() -> str:
+    """Return a hash of the package's own code and data and of its numerical libraries."""
+    digest = hashlib.sha256()
+    for room in ROOMS:
+        for path in sorted((ROOT / room).rglob("*")):
+            name = path.relative_to(ROOT).as_posix()
+            if path.suffix in SUFFIXES and not name.startswith(SHOWS_ONLY):
+                digest.update(name.encode() + path.read_bytes())
+    for name in NUMERICAL:
+        digest.update(f"{name} {version(name)}".encode())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def folder_identity(folder: Path) -> str:
+    """Return a hash of the files of a folder; raises `OSError` where one cannot be read."""
+    digest = hashlib.sha256()
+    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+        digest.update(path.relative_to(folder).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def task_identity(task: Task, scope: Scope) -> str:
+    """Return what a finished task must have been run with to count as finished."""
+    recordings = find_suite(task.suite).reads(task)
+    if not recordings or scope.data is None:
+        return code_identity()
+    return f"{code_identity()}-{folder_identity(Path(scope.data) / recordings)}"

@@ -1,0 +1,93 @@
+"""A run: every task that is not finished yet, then the tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Protocol
+
+from benchmark.runner.cluster import run_on_cluster
+from benchmark.runner.execute import execute
+from benchmark.runner.identity import task_identity
+from benchmark.runner.journal import Journal
+from benchmark.runner.processes import run_here, run_in_processes
+from benchmark.runner.tables import write_tables
+from benchmark.suites import find_suite
+from benchmark.tasks.suite import Scope
+from benchmark.tasks.task import Outcome, Task
+
+
+class TaskFunction(Protocol):
+    """Runs one task; of a module, so that another process finds it."""
+
+    def __call__(self, task: Task, scope: Scope) -> Outcome:
+        """Return what the task found."""
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who runs the tasks.
+
+    Parameters
+    ----------
+    jobs : processes of this machine; 1 runs them in this one
+    scheduler : address of a Dask cluster, which runs them instead
+    """
+
+    jobs: int = 2
+    scheduler: str | None = None
+
+    def __str__(self) -> str:
+        return self.scheduler or str(self.jobs)
+
+    def run(
+        self, function: Callable[[Task], Outcome], tasks: Iterable[Task]
+    ) -> Iterator[tuple[Task, Outcome]]:
+        """Yield each task with its outcome, as they finish."""
+        if self.scheduler is not None:
+            return run_on_cluster(function, tasks, self.scheduler)
+        if self.jobs == 1:
+            return run_here(function, tasks)
+        return run_in_processes(function, tasks, self.jobs)
+
+
+def chosen_tasks(suites: Sequence[str], scope: Scope) -> list[Task]:
+    """Return all tasks of suites; of one that lacks its data, those that need none."""
+    return [task for name in suites for task in find_suite(name).tasks(scope)]
+
+
+def run_tasks(
+    tasks: Sequence[Task],
+    scope: Scope,
+    workers: Workers,
+    folder: Path,
+    on_start: Callable[[int], Callable[[int], None]],
+    function: TaskFunction = execute,
+    identity: Callable[[Task, Scope], str] = task_identity,
+) -> int:
+    """Run the tasks that a folder's journal has not, then write the tables of all.
+
+    Parameters
+    ----------
+    tasks : all that are asked for
+    folder : of journal and tables; an interrupted run goes on there
+    on_start : given the number of tasks to run, returns what to call with the number of
+        tasks that have just finished
+    function : runs one task
+    identity : what a finished task must have been run with to count as finished
+
+    Returns
+    -------
+    The number of tasks that were run
+    """
+    made_with = {task: identity(task, scope) for task in tasks}
+    with Journal(folder) as journal:
+        todo = [task for task in tasks if not journal.has(task, made_with[task])]
+        advance = on_start(len(todo))
+        for task, outcome in workers.run(partial(function, scope=scope), todo):
+            journal.append(task, made_with[task], outcome)
+            advance(1)
+        write_tables(sorted(tasks), lambda task: journal.read(task, made_with[task]), folder)
+    return len(todo)

@@ -1,0 +1,118 @@
+"""From the journal to ``results.parquet`` and ``series.parquet``, a few tasks at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
+from dataclasses import asdict
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, Results
+from benchmark.tasks.task import Outcome, Quantity, Task
+from models.errors import InputError
+
+RESULTS, SERIES = "results.parquet", "series.parquet"
+TASKS_AT_A_TIME = 500
+
+_TYPES: dict[str, pa.DataType] = {
+    **dict.fromkeys(("suite", "case", "model", "sensors", "estimator"), pa.string()),
+    **dict.fromkeys(("quantity", "unit", "status", "reason"), pa.string()),
+    **dict.fromkeys(("seed", "samples"), pa.int64()),
+    "observable": pa.bool_(),
+}
+"""Column → type; any other one is a float."""
+
+NO_QUANTITY = Quantity("", "", np.nan, np.nan, np.nan, False)
+"""Stands in the row of a task that has no figures."""
+
+
+def write_tables(tasks: Iterable[Task], read: Callable[[Task], Outcome], folder: Path) -> None:
+    """Write both tables, in the order of the tasks; whole files appear, or none.
+
+    Parameters
+    ----------
+    read : a task's outcome
+    """
+    paths = {RESULTS: RESULT_COLUMNS, SERIES: SERIES_COLUMNS}
+    partial = {name: folder / f"{name}.part" for name in paths}
+    with ExitStack() as stack:
+        writers = {
+            name: stack.enter_context(pq.ParquetWriter(partial[name], _schema(columns)))
+            for name, columns in paths.items()
+        }
+        waiting = iter(tasks)
+        while some := [(task, read(task)) for task in islice(waiting, TASKS_AT_A_TIME)]:
+            rows = [row for task, outcome in some for row in result_rows(task, outcome)]
+            writers[RESULTS].write_table(pa.Table.from_pylist(rows, _schema(RESULT_COLUMNS)))
+            for task, outcome in some:
+                for table in _series_tables(task, outcome):
+                    writers[SERIES].write_table(table)
+    for name in paths:
+        partial[name].replace(folder / name)
+
+
+def result_rows(task: Task, outcome: Outcome) -> Iterator[dict[str, Any]]:
+    """Yield a task's rows: one per quantity, one without figures where it has none."""
+    for quantity in outcome.quantities or (NO_QUANTITY,):
+        yield {
+            **asdict(task),
+            "model": outcome.model,
+            "quantity": quantity.name,
+            **{name: value for name, value in asdict(quantity).items() if name != "name"},
+            "samples": outcome.samples,
+            "solved_fraction": outcome.solved_fraction,
+            "step_time_median_s": outcome.step_time_median_s,
+            "step_time_p99_s": outcome.step_time_p99_s,
+            "status": outcome.status,
+            "reason": outcome.reason,
+        }
+
+
+def _series_tables(task: Task, outcome: Outcome) -> Iterator[pa.Table]:
+    for series in outcome.series:
+        n = len(series.time_s)
+        one = {**asdict(task), "quantity": series.quantity, "unit": series.unit}
+        missing = np.full(n, np.nan)
+        columns: dict[str, Any] = {name: [value] * n for name, value in one.items()}
+        columns |= {"time_s": series.time_s, "estimate": series.estimate}
+        columns["std"] = missing if series.std is None else series.std
+        columns["truth"] = missing if series.truth is None else series.truth
+        yield pa.table(columns, _schema(SERIES_COLUMNS))
+
+
+def _schema(columns: Iterable[str]) -> pa.Schema:
+    return pa.schema([(name, _TYPES.get(name, pa.float64())) for name in columns])
+
+
+def read_tables(folder: Path) -> Results:
+    """Read what `write_tables` wrote.
+
+    Raises
+    ------
+    InputError
+        If a file is missing or lacks a column; the message names it.
+    """
+    import pandas as pd  # slow to import, for tables only
+
+    tables = []
+    for name, columns in ((RESULTS, RESULT_COLUMNS), (SERIES, SERIES_COLUMNS)):
+        path = folder / name
+        if not path.is_file():
+            raise InputError(
+                f"{path} does not exist, expected the folder of a finished `pen-mhe benchmark`"
+            )
+        try:
+            table = pd.read_parquet(path)
+        except (OSError, pa.ArrowInvalid) as error:
+            raise InputError(f"{path}: {error}, expected a Parquet file") from None
+        lacking = [column for column in columns if column not in table]
+        if lacking:
+            raise InputError(f"{path} has no column {lacking[0]}, expected {', '.join(columns)}")
+        tables.append(table)
+    return Results(*tables)

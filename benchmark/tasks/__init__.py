@@ -1,0 +1,1 @@
+"""What the benchmark does and finds, as data: task, outcome, suite, results."""

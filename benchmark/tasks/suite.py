@@ -1,0 +1,60 @@
+"""A suite of the benchmark: which tasks it has, how to run one, what to show of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from benchmark.figures.figure import Figure
+from benchmark.tasks.task import Outcome, Task
+
+if TYPE_CHECKING:
+    from benchmark.tasks.results import Results
+
+
+@dataclass(frozen=True)
+class Scope:
+    """How much is asked for.
+
+    Parameters
+    ----------
+    seeds : number of seeds of every case
+    data : folder with recordings, as text; None where there is none
+    """
+
+    seeds: int = 5
+    data: str | None = None
+
+
+def _nothing(_: object) -> str:
+    return ""
+
+
+@dataclass(frozen=True)
+class Suite:
+    """A suite.
+
+    Parameters
+    ----------
+    name : on the command line and in tables
+    title : heading of its part of the report
+    summary : a paragraph: the question, where it comes from, what was done
+    tasks : every task within a scope, the slow ones first
+    run : one task
+    claims : TOML file of its claims, see `benchmark.verdicts.claims`
+    figures : draws the results of the suite
+    missing : a line that says what it lacks within a scope; empty where it lacks nothing
+    reads : the folder within `Scope.data` that a task reads; empty where it reads none
+    """
+
+    name: str
+    title: str
+    summary: str
+    tasks: Callable[[Scope], Sequence[Task]]
+    run: Callable[[Task, Scope], Outcome]
+    claims: Path
+    figures: Callable[[Results], Sequence[Figure]]
+    missing: Callable[[Scope], str] = _nothing
+    reads: Callable[[Task], str] = _nothing

@@ -1,0 +1,1 @@
+"""Claims as rows of tables, and what the results say of them."""

@@ -1,0 +1,103 @@
+"""Claims as data: what is said, and the figure by which it is judged.
+
+A claim is a row ``[[claim]]`` of a suite's TOML file, committed before the suite first ran.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from benchmark.tasks.results import RESULT_COLUMNS
+from models.errors import InputError
+
+Chosen = str | int | bool | tuple[str, ...] | tuple[int, ...]
+Compare = Literal["ratio", "difference"]
+PAIRED_BY = ("case", "seed", "quantity")
+"""What a row and the row that it is set against have in common, unless `against` says otherwise."""
+
+STATUS_IS = "status="
+"""``status=mirror`` is 1 in the rows of that status and 0 in others."""
+
+
+class Claim(BaseModel):
+    """One claim and its criterion.
+
+    The figure is the mean (or median) over cases and seeds of a column of the chosen rows,
+    or how it compares with other rows of the same case, seed and quantity. The claim holds
+    where the whole interval of the figure lies within `at_least` and `at_most`.
+
+    Parameters
+    ----------
+    id : unique, begins with its suite: ``pen-1-rates``
+    source : who says it: ``[Pen] 1``; ``ours`` for questions of our own
+    says : the claim, in our words
+    criterion : the figure in words, with its unit
+    of : column → value or list of values that choose rows
+    value : the column that is judged, or ``status=…``. Only `OK` rows count, except for
+        ``status=…`` and ``solved_fraction``
+    against : as `of`, changes to it that choose the rows to compare with
+    compare : figure = mean of `of` / mean of `against`, or mean of their differences
+    statistic : mean or median over cases and seeds
+    every : columns for each of whose values the claim must hold by itself: ``case``, ``quantity``
+    at_least, at_most : the criterion; one of them or both
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    id: str
+    source: str
+    says: str
+    criterion: str
+    of: Mapping[str, Chosen]
+    value: str = "rmse"
+    against: Mapping[str, Chosen] | None = None
+    compare: Compare = "ratio"
+    statistic: Literal["mean", "median"] = "mean"
+    every: tuple[Literal["case", "quantity", "sensors", "estimator"], ...] = ()
+    at_least: float | None = None
+    at_most: float | None = None
+
+    @model_validator(mode="after")
+    def _can_be_judged(self) -> Self:
+        if self.at_least is None and self.at_most is None:
+            raise ValueError("neither at_least nor at_most is given, expected one of them")
+        for column in (*self.of, *(self.against or {})):
+            if column not in RESULT_COLUMNS:
+                raise ValueError(f"column {column} is unknown")
+        if self.value not in RESULT_COLUMNS and not self.value.startswith(STATUS_IS):
+            raise ValueError(f"value {self.value} is no column")
+        return self
+
+
+class _ClaimFile(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    claim: tuple[Claim, ...] = Field(min_length=1)
+
+
+def load_claims(path: Path) -> tuple[Claim, ...]:
+    """Read the claims of a suite.
+
+    Raises
+    ------
+    InputError
+        If a key or value is wrong, or an id stands twice; the message names file and key.
+    """
+    try:
+        claims = _ClaimFile.model_validate(tomllib.loads(path.read_text("utf-8"))).claim
+    except (ValidationError, tomllib.TOMLDecodeError) as error:
+        if isinstance(error, tomllib.TOMLDecodeError):
+            raise InputError(f"claims file {path}: {error}") from None
+        first = error.errors(include_url=False, include_context=False)[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"claims file {path}: key {key}: {first['msg']}") from None
+    ids = [claim.id for claim in claims]
+    twice = sorted({name for name in ids if ids.count(name) > 1})
+    if twice:
+        raise InputError(f"claims file {path}: id {twice[0]} stands twice, expected it once")
+    return claims

@@ -1,0 +1,160 @@
+"""What the results say of a claim: its figure, the interval of it, and a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmark.tasks.task import OK
+from benchmark.verdicts.bootstrap import STATISTICS, Interval, Strata, interval
+from benchmark.verdicts.claims import PAIRED_BY, STATUS_IS, Chosen, Claim
+from models.arrays import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+HOLDS, FAILS, UNDECIDED, NO_DATA = "holds", "does not hold", "undecided", "no data"
+VERDICTS = (HOLDS, FAILS, UNDECIDED, NO_DATA)
+
+COUNTS_ALWAYS = ("solved_fraction",)
+"""Columns that runs of any status have to say something about."""
+
+VALUE, OTHER = "value", "other value"
+
+
+@dataclass(frozen=True)
+class Part:
+    """A claim judged on one of the values of `Claim.every`."""
+
+    name: str
+    figure: float
+    low: float
+    high: float
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A claim with its figure over everything, and part by part.
+
+    Parameters
+    ----------
+    claim : what was claimed
+    figure, low, high : over all cases and seeds, and its 95 % interval; NaN without data
+    pairs : number of runs (or pairs of them) that count
+    parts : one for each value of `Claim.every`
+    verdict : one of `VERDICTS`; where there are parts it holds if every part holds
+    """
+
+    claim: Claim
+    figure: float
+    low: float
+    high: float
+    pairs: int
+    parts: tuple[Part, ...]
+    verdict: str
+
+    @property
+    def holding(self) -> str:
+        """``9 of 10``: in how many parts it holds; empty without parts."""
+        if not self.parts:
+            return ""
+        return f"{sum(part.verdict == HOLDS for part in self.parts)} of {len(self.parts)}"
+
+
+def judge(claims: Sequence[Claim], rows: pd.DataFrame) -> list[Judgement]:
+    """Judge claims by the rows of ``results.parquet``."""
+    return [_judged(claim, rows) for claim in claims]
+
+
+def _judged(claim: Claim, rows: pd.DataFrame) -> Judgement:
+    table = paired_values(claim, rows)
+    if not len(table):
+        nan = float("nan")
+        return Judgement(claim, nan, nan, nan, 0, (), NO_DATA)
+    found = _interval(claim, claim.id, table)
+    if not claim.every:
+        return Judgement(claim, *_three(found), len(table), (), verdict(claim, found))
+    parts = []
+    for key, part in table.groupby(list(claim.every), sort=False):
+        name = ", ".join(str(value) for value in key)
+        of_part = _interval(claim, f"{claim.id} {name}", part)
+        parts.append(Part(name, *_three(of_part), verdict(claim, of_part)))
+    return Judgement(claim, *_three(found), len(table), tuple(parts), _all_of(parts))
+
+
+def verdict(claim: Claim, found: Interval) -> str:
+    """Return whether the whole interval meets the criterion, misses it, or neither."""
+    least = -np.inf if claim.at_least is None else claim.at_least
+    most = np.inf if claim.at_most is None else claim.at_most
+    if least <= found.low and found.high <= most:
+        return HOLDS
+    if found.high < least or found.low > most:
+        return FAILS
+    return UNDECIDED
+
+
+def paired_values(claim: Claim, rows: pd.DataFrame) -> pd.DataFrame:
+    """Return what a claim judges, by cell and seed: `VALUE`, and `OTHER` where it compares."""
+    table = _values(claim, rows, claim.of, VALUE)
+    columns = ["case", "sensors", "estimator", "quantity", "seed"]
+    if claim.against is not None:
+        other = _values(claim, rows, {**claim.of, **claim.against}, OTHER)
+        by = [column for column in PAIRED_BY if column not in claim.against]
+        if other.duplicated(by).any():
+            # Several runs to compare with (sensors, estimators): pair those that agree in them.
+            by += [c for c in ("sensors", "estimator") if c not in claim.against]
+        table = table.merge(other[[*by, OTHER]], on=by, validate="many_to_one")
+    return table.sort_values(columns, kind="stable").reset_index(drop=True)
+
+
+def _values(
+    claim: Claim, rows: pd.DataFrame, chosen: Mapping[str, Chosen], name: str
+) -> pd.DataFrame:
+    for column, value in chosen.items():
+        rows = rows[rows[column].isin(list(value) if isinstance(value, tuple) else [value])]
+    by_status = claim.value.startswith(STATUS_IS)
+    if by_status or claim.value in COUNTS_ALWAYS:
+        # A run counts once, whatever quantities it has; one that broke off has none.
+        rows = rows.drop_duplicates(["case", "sensors", "estimator", "seed"])
+        rows = rows.assign(quantity="")
+    else:
+        rows = rows[rows["status"] == OK]
+    if by_status:
+        values = (rows["status"] == claim.value.removeprefix(STATUS_IS)).astype(float)
+    else:
+        values = rows[claim.value].astype(float)
+    kept = rows[["case", "sensors", "estimator", "quantity", "seed"]].assign(**{name: values})
+    return kept[kept[name].notna()]
+
+
+def _interval(claim: Claim, name: str, table: pd.DataFrame) -> Interval:
+    cells = table.groupby(["case", "sensors", "estimator", "quantity"], sort=False).ngroup()
+    strata = Strata(np.asarray(cells, dtype=np.int64))
+    value = np.asarray(table[VALUE], dtype=float)
+    other = np.asarray(table[OTHER], dtype=float) if claim.against is not None else None
+    return interval(name, strata, lambda index: _figure(claim, value, other, index), len(table))
+
+
+def _figure(claim: Claim, value: Array, other: Array | None, index: NDArray[np.int64]) -> Array:
+    statistic = STATISTICS[claim.statistic]
+    if other is None:
+        return statistic(value[index])
+    if claim.compare == "difference":
+        return statistic(value[index] - other[index])
+    return np.asarray(statistic(value[index]) / statistic(other[index]))
+
+
+def _three(found: Interval) -> tuple[float, float, float]:
+    return found.figure, found.low, found.high
+
+
+def _all_of(parts: Sequence[Part]) -> str:
+    verdicts = {part.verdict for part in parts}
+    if FAILS in verdicts:
+        return FAILS
+    return HOLDS if verdicts == {HOLDS} else UNDECIDED

@@ -1,0 +1,64 @@
+"""One estimator against another on the same recordings, quantity by quantity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from benchmark.tasks.task import OK
+from benchmark.verdicts.bootstrap import Strata, interval
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+BETTER, WORSE, EQUAL = "better", "worse", "no difference shown"
+
+GROUP = ["suite", "sensors", "quantity", "unit"]
+
+
+def paired(rows: pd.DataFrame, estimator: str = "ekf", other: str = "mhe") -> pd.DataFrame:
+    """Compare the RMSE of two estimators on the runs that both have.
+
+    A run counts where both are `OK` and the quantity is observable and finite.
+
+    Returns
+    -------
+    One row per suite, sensors and quantity: ``suite``, ``sensors``, ``quantity``, ``unit``;
+    the mean RMSE of each of the two under its name; ``difference``, ``low``, ``high``: mean
+    of the other's minus the first's with its 95 % bootstrap interval; ``pairs``;
+    ``verdict``: whether the other one is `BETTER`, `WORSE` or `EQUAL`
+    """
+    import pandas as pd  # slow to import, for tables only
+
+    seen = rows[(rows["status"] == OK) & rows["observable"].eq(True) & np.isfinite(rows["rmse"])]
+    keys = [*GROUP, "case", "seed"]
+    first, second = (
+        seen[seen["estimator"] == name][[*keys, "rmse"]].rename(columns={"rmse": name})
+        for name in (estimator, other)
+    )
+    both = first.merge(second, on=keys).sort_values(keys, kind="stable")
+    found = []
+    for key, part in both.groupby(GROUP, sort=False):
+        difference = (part[other] - part[estimator]).to_numpy(dtype=float)
+        strata = Strata(np.asarray(part.groupby("case", sort=False).ngroup(), dtype=np.int64))
+        of = interval(
+            "/".join(map(str, key)),
+            strata,
+            lambda index, d=difference: np.mean(d[index], axis=-1),  # type: ignore[misc]
+            len(difference),
+        )
+        found.append(
+            {
+                **dict(zip(GROUP, key, strict=True)),
+                estimator: float(part[estimator].mean()),
+                other: float(part[other].mean()),
+                "difference": of.figure,
+                "low": of.low,
+                "high": of.high,
+                "pairs": len(part),
+                "verdict": BETTER if of.high < 0 else WORSE if of.low > 0 else EQUAL,
+            }
+        )
+    columns = [*GROUP, estimator, other, "difference", "low", "high", "pairs", "verdict"]
+    return pd.DataFrame(found, columns=columns)
