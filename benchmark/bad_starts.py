@@ -13,15 +13,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
 from benchmark.bad_start_cases import KNOWLEDGE, BadStart, case_model, case_pen, case_recording
 from benchmark.registry import EstimatorSettings, create_estimator
-from benchmark.wrong_prior import with_prior
-from estimation.estimator import run
+from benchmark.wrong_prior import told_prior
+from estimation.estimator import Estimator, run
 from models.arrays import Array
 from models.pen import PenConfig, moving_pen
 from models.random_streams import seed_sequence, stream
@@ -81,9 +82,13 @@ def run_bad_start(
     column = model.state_names.index(ELEVATION)
     sign = float(stream(seed_sequence(seed), "sign of the start").choice([-1.0, 1.0]))
     start_error = sign * case.wrong_rad
-    told = with_prior(model, {ELEVATION: true[0, column] + start_error}, case.std_rad)
+    told = told_prior(model, {ELEVATION: true[0, column] + start_error}, case.std_rad)
     blind = replace(recording, truth=None)  # no estimator is given the truth
-    history = run(create_estimator(estimator, told, settings), blind)
+    if settings is None:
+        chosen = _kept(replace(case, label="", wrong_rad=0.0, told_std_rad=None), estimator)
+    else:
+        chosen = create_estimator(estimator, model, settings)
+    history = run(chosen, blind, prior=told)
     rate_error = body_rates(pen, history.mean) - body_rates(pen, true)
     judged = ["xyz".index(axis) for axis in case.rate_axes]
     return BadStartRun(
@@ -95,6 +100,12 @@ def run_bad_start(
         np.linalg.norm(rate_error[:, judged], axis=1),
         history.solved_fraction,
     )
+
+
+@lru_cache(maxsize=16)
+def _kept(case: BadStart, estimator: str) -> Estimator[Any]:
+    """Return an estimator that serves every start of a case: one is slow to build."""
+    return create_estimator(estimator, case_model(case))
 
 
 def axis_elevation(theta: Array) -> Array:

@@ -20,16 +20,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from benchmark.metrics import state_errors
 from benchmark.registry import TURNTABLE_CONFIGURATIONS, EstimatorSettings, create_estimator
 from benchmark.simulate_turntable import simulate_table
-from benchmark.wrong_prior import with_prior
-from estimation.estimator import run
+from benchmark.wrong_prior import told_prior
+from estimation.estimator import Estimator, run
 from estimation.recording import Truth
 from models.arrays import Array
 from models.errors import InputError
@@ -145,27 +145,42 @@ class StartResult:
         return np.sqrt(np.mean(np.vstack(errors) ** 2, axis=0)) if errors else None
 
 
-def run_start(trial: StartTrial, seed: int, start_error_rad: Array | None = None) -> StartRun:
+def start_estimator(trial: StartTrial) -> Estimator[Any]:
+    """Return the estimator of a trial, which serves all its starts and seeds."""
+    sensors = TURNTABLE_CONFIGURATIONS[trial.configuration].sensors
+    model = turntable_model(trial.table, sensors)
+    return create_estimator(trial.estimator, model, trial.settings)
+
+
+def run_start(
+    trial: StartTrial,
+    seed: int,
+    start_error_rad: Array | None = None,
+    estimator: Estimator[Any] | None = None,
+) -> StartRun:
     """Run one estimator from one wrong start and judge where it ends.
 
     Parameters
     ----------
     start_error_rad : (2,) error of the prior mean; the trial's size with drawn signs by
         default. The prior's standard deviation is the trial's either way
+    estimator : of `start_estimator`, where there is one already
     """
-    sensors = TURNTABLE_CONFIGURATIONS[trial.configuration].sensors
+    estimator = estimator or start_estimator(trial)
+    model = estimator.model
     recording = simulate_table(trial.table, trial.duration_s, seed)
     truth = recording.truth
     assert truth is not None
     if start_error_rad is None:
         signs = stream(seed_sequence(seed), "signs of the start").choice([-1.0, 1.0], size=2)
         start_error_rad = trial.start_error_rad * signs
-    model = turntable_model(trial.table, sensors)
     tilts = truth.values[0, :2] + start_error_rad
     std = max(trial.start_error_rad, SMALLEST_START_STD_RAD)
-    model = with_prior(model, dict(zip(model.state_names[:2], tilts, strict=True)), std)
-    estimator = create_estimator(trial.estimator, model, trial.settings)
-    history = run(estimator, recording.select(sensors))
+    told = told_prior(model, dict(zip(model.state_names[:2], tilts, strict=True)), std)
+    blind = replace(
+        recording.select([sensor.name for sensor in model.measured_sensors]), truth=None
+    )
+    history = run(estimator, blind, prior=told)
     mirrored = Truth(truth.time_s, truth.names, mirror(truth.values))
     error, mirror_error = (state_errors(model, history, true) for true in (truth, mirrored))
     judged = history.time_s > history.time_s[-1] - trial.judged_s
@@ -183,7 +198,8 @@ def run_start(trial: StartTrial, seed: int, start_error_rad: Array | None = None
 
 def turntable_starts(trial: StartTrial, seeds: Iterable[int]) -> StartResult:
     """Run a trial with many seeds: each draws a start, its noise and its wrong signs."""
-    runs = tuple(run_start(trial, seed) for seed in seeds)
+    estimator = start_estimator(trial)
+    runs = tuple(run_start(trial, seed, estimator=estimator) for seed in seeds)
     return StartResult(trial, turntable_model(trial.table).state_names, runs)
 
 

@@ -8,10 +8,10 @@ from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 
-def with_prior(model: StateSpaceModel, means: Mapping[str, float], std: float) -> StateSpaceModel:
-    """Return a model that is told other means of some states, all with one deviation.
+def told_prior(model: StateSpaceModel, means: Mapping[str, float], std: float) -> GaussianState:
+    """Return a model's prior with other means of some states, all with one deviation.
 
-    Other states keep their prior; these ones become independent of them.
+    Other states keep theirs; these ones become independent of them.
 
     Parameters
     ----------
@@ -24,4 +24,4 @@ def with_prior(model: StateSpaceModel, means: Mapping[str, float], std: float) -
     covariance[index, :] = 0.0
     covariance[:, index] = 0.0
     covariance[index, index] = std**2
-    return model.replace(prior=GaussianState(mean, covariance))
+    return GaussianState(mean, covariance)

@@ -12,6 +12,7 @@ from ekf_baseline.interpreted import InterpretedFilter
 from estimation import native
 from estimation.engine import CompiledEngine, Loop
 from estimation.estimate import Estimate, EstimateHistory
+from estimation.estimator import first_state
 from estimation.kalman_stage import stage_functions
 from estimation.layout import Layout
 from estimation.recording import Measurement
@@ -76,9 +77,15 @@ class Ekf:
         )
         self._reader = ResultReader(model)
 
-    def init(self) -> EkfState:
-        """Return the state before the first measurement, from the model's prior."""
-        return EkfState(None, self.model.prior)
+    def init(self, prior: GaussianState | None = None) -> EkfState:
+        """Return the state before the first measurement, from the model's prior or another.
+
+        Raises
+        ------
+        InputError
+            If the prior is not of the model's size.
+        """
+        return EkfState(None, first_state(self.model, prior))
 
     def step(self, state: EkfState, measurement: Measurement) -> tuple[EkfState, Estimate]:
         """Predict to the measurement's time and update."""

@@ -13,6 +13,7 @@ from estimation.estimate import Estimate, EstimateHistory
 from estimation.recording import Measurement, Recording
 from estimation.status import REGULARITY_LIMIT, Status
 from models.arrays import Array
+from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
@@ -36,8 +37,8 @@ class Estimator(Protocol[StateT]):
     def model(self) -> StateSpaceModel:
         """The model that it estimates."""
 
-    def init(self) -> StateT:
-        """Return the state before the first measurement, from the model's prior."""
+    def init(self, prior: GaussianState | None = None) -> StateT:
+        """Return the state before the first measurement, from the model's prior or another."""
 
     def step(self, state: StateT, measurement: Measurement) -> tuple[StateT, Estimate]:
         """Take one measurement; return the new state and the estimate x_k|k."""
@@ -56,6 +57,7 @@ def run(
     recording: Recording,
     on_step: Callable[[Estimate], None] | None = None,
     on_progress: Callable[[int], None] | None = None,
+    prior: GaussianState | None = None,
 ) -> EstimateHistory:
     """Drive an estimator over a recording, in compiled batches where it has them.
 
@@ -63,9 +65,11 @@ def run(
     ----------
     on_step : called with every estimate, for a look at windows: step by step then
     on_progress : called with the number of steps made since the last call
+    prior : of the first state; None takes the model's. One estimator, built once, serves
+        many starts
     """
     if on_step is None and isinstance(estimator, BatchEstimator):
-        state, histories = estimator.init(), []
+        state, histories = estimator.init(prior), []
         time_s, y = recording.stacked(estimator.model)
         for start in range(0, len(time_s), BATCH_STEPS):
             part = slice(start, start + BATCH_STEPS)
@@ -81,16 +85,17 @@ def run(
         if on_progress:
             on_progress(1)
 
-    return run_measurements(estimator, recording.measurements(estimator.model), told)
+    return run_measurements(estimator, recording.measurements(estimator.model), told, prior)
 
 
 def run_measurements(
     estimator: Estimator[StateT],
     measurements: Iterable[Measurement],
     on_step: Callable[[Estimate], None] | None = None,
+    prior: GaussianState | None = None,
 ) -> EstimateHistory:
     """Drive an estimator over any stream of measurements, a live one included."""
-    state = estimator.init()
+    state = estimator.init(prior)
     estimates, step_times = [], []
     for measurement in measurements:
         start = time.perf_counter()
@@ -100,6 +105,25 @@ def run_measurements(
         if on_step:
             on_step(estimate)
     return EstimateHistory.collect(estimator.name, estimator.model, estimates, step_times)
+
+
+def first_state(model: StateSpaceModel, prior: GaussianState | None) -> GaussianState:
+    """Return the prior to start from: the model's where none is given.
+
+    Raises
+    ------
+    InputError
+        If the prior is not of the model's size.
+    """
+    if prior is None:
+        return model.prior
+    shapes, expected = (prior.mean.shape, prior.covariance.shape), ((model.n_x,), (model.n_x,) * 2)
+    if shapes != expected:
+        raise InputError(
+            f"prior of model {model.name}: mean and covariance have shapes {shapes[0]} and "
+            f"{shapes[1]}, expected {expected[0]} and {expected[1]}"
+        )
+    return prior
 
 
 def late_estimate(model: StateSpaceModel, time_s: float, state: GaussianState) -> Estimate:

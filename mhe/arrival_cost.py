@@ -79,13 +79,13 @@ class Slide:
 ArrivalCost = Callable[[KalmanStage, Slide], GaussianState]
 
 
-def diffuse_prior(model: StateSpaceModel) -> GaussianState:
-    """Return the documented diffuse prior: `DIFFUSE_FACTOR` times the prior's deviations."""
-    return GaussianState(model.prior.mean, DIFFUSE_FACTOR**2 * model.prior.covariance)
+def diffuse(prior: GaussianState) -> GaussianState:
+    """Return the documented diffuse prior: `DIFFUSE_FACTOR` times a prior's deviations."""
+    return GaussianState(prior.mean, DIFFUSE_FACTOR**2 * prior.covariance)
 
 
 def _none(stage: KalmanStage, slide: Slide) -> GaussianState:
-    return diffuse_prior(stage.model)
+    return diffuse(stage.model.prior)
 
 
 def _constant(stage: KalmanStage, slide: Slide) -> GaussianState:

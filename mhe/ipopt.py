@@ -11,11 +11,11 @@ import casadi as ca
 import numpy as np
 
 from estimation.estimate import Estimate, Window
-from estimation.estimator import late_estimate, remarks
+from estimation.estimator import first_state, late_estimate, remarks
 from estimation.kalman_stage import KalmanStage, Update
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse_prior
+from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse
 from mhe.config import MheConfig
 from mhe.trajectory import Trajectory, WindowSolution
 from mhe.weights import Weights
@@ -81,11 +81,11 @@ class MheIpopt:
         self._problem = WindowProblem.build(model, self.config)
         self._solver = ca.nlpsol("mhe", "ipopt", self._problem.nlp, self._solver_options())
 
-    def init(self) -> MheState:
-        """Return the state before the first measurement, from the model's prior."""
-        prior = self.model.prior
+    def init(self, prior: GaussianState | None = None) -> MheState:
+        """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
+        prior = first_state(self.model, prior)
         if self.config.arrival_cost == "none":
-            prior = diffuse_prior(self.model)
+            prior = diffuse(prior)
         return MheState(prior, (), (), None, prior)
 
     def step(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:

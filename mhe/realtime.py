@@ -26,11 +26,12 @@ import numpy as np
 
 from estimation import native
 from estimation.estimate import Estimate, EstimateHistory, Window
+from estimation.estimator import first_state
 from estimation.kalman_stage import rows_present, without_gaps
 from estimation.layout import Layout
 from estimation.recording import Measurement
 from estimation.result import ResultReader
-from mhe.arrival_cost import diffuse_prior
+from mhe.arrival_cost import diffuse
 from mhe.compiled import CompiledWindow
 from mhe.config import MheConfig
 from mhe.interpreted import InterpretedWindow
@@ -89,11 +90,11 @@ class MheRti:
         self._reader = ResultReader(model)
         self._times, self._x = memory.slices["times"].start, memory.slices["x"].start
 
-    def init(self) -> WindowState:
-        """Return the state before the first measurement, from the model's prior."""
-        prior = self.model.prior
+    def init(self, prior: GaussianState | None = None) -> WindowState:
+        """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
+        prior = first_state(self.model, prior)
         if self.config.arrival_cost == "none":
-            prior = diffuse_prior(self.model)
+            prior = diffuse(prior)
         layout = self._engine.memory
         memory = np.zeros(layout.size)
         for part in ("prior", "newest"):

@@ -21,7 +21,7 @@ from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
-import pyarrow.parquet  # type: ignore[import-untyped]
+import pyarrow.parquet
 
 from estimation.recording import Recording, Truth
 from models.arrays import Array

@@ -24,6 +24,8 @@ from estimation.estimator import run_measurements
 from estimation.recording import Measurement, Recording
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import MheConfig
+from models.errors import InputError
+from models.gaussian import GaussianState
 from models.pen import pen_model
 from models.turntable import paper_turntable
 from tests.contracts import check_failures, check_history, check_inputs_unchanged, check_model
@@ -108,3 +110,23 @@ def test_every_arrival_cost(arrival_cost: str) -> None:
     history = run_measurements(create_estimator("mhe-ipopt", MODELS[name], settings), steps)
     check_history(MODELS[name], history, len(steps))
     assert history.solved_fraction == 1.0
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_prior_of_ones_own_is_the_model_with_that_prior(estimator: str) -> None:
+    name = "turntable accel+gyro"
+    model, some = MODELS[name], measurements(name)[:8]
+    told = GaussianState(model.prior.mean + 0.1, 0.25 * model.prior.covariance)
+    with_it = create_estimator(estimator, model.replace(prior=told), QUICK)
+    expected = run_measurements(with_it, some)
+    found = run_measurements(create_estimator(estimator, model, QUICK), some, prior=told)
+    # The scaling of a solver may follow the model's own prior.
+    np.testing.assert_allclose(found.mean, expected.mean, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(found.covariance, expected.covariance, rtol=1e-6, atol=1e-12)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_prior_of_another_size_is_refused(estimator: str) -> None:
+    system = create_estimator(estimator, MODELS["turntable accel"], QUICK)
+    with pytest.raises(InputError, match=r"have shapes \(2,\) and \(2, 2\), expected \(4,\)"):
+        system.init(GaussianState(np.zeros(2), np.eye(2)))

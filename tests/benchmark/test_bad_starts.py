@@ -31,7 +31,7 @@ from benchmark.bad_starts import (
 )
 from benchmark.registry import create_estimator
 from benchmark.simulate import DRAWN
-from benchmark.wrong_prior import with_prior
+from benchmark.wrong_prior import told_prior
 from estimation.estimator import run_measurements
 from models.errors import InputError
 from models.gaussian import GaussianState
@@ -55,12 +55,12 @@ class HandedOverError(Exception):
 def what_the_estimator_is_given(
     case: BadStart, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> tuple[Any, Any]:
-    """Return the model and the recording that an estimator is built and driven with."""
+    """Return the prior and the recording that an estimator is driven with."""
 
-    def stop(estimator: Any, recording: Any) -> None:
-        raise HandedOverError(estimator, recording)
+    def stop(estimator: Any, recording: Any, prior: Any) -> None:
+        raise HandedOverError(prior, recording)
 
-    monkeypatch.setattr(bad_starts, "create_estimator", lambda name, model, settings: model)
+    monkeypatch.setattr(bad_starts, "_kept", lambda case, estimator: None)
     monkeypatch.setattr(bad_starts, "run", stop)
     with pytest.raises(HandedOverError) as handed:
         run_bad_start(case, "ekf", seed)
@@ -76,17 +76,17 @@ def test_the_start_is_wrong_by_what_is_stated_and_nothing_else_is_told(
     for seed in (1, 2):
         told, recording = what_the_estimator_is_given(case, seed, monkeypatch)
         assert recording.truth is None
-        column = told.state_names.index(ELEVATION)
+        column = own.state_names.index(ELEVATION)
         truth = case_recording(case, seed).truth
         assert truth is not None
-        error = told.prior.mean[column] - truth.states([ELEVATION], truth.time_s[:1])[0, 0]
+        error = told.mean[column] - truth.states([ELEVATION], truth.time_s[:1])[0, 0]
         assert abs(error) == pytest.approx(case.wrong_rad, abs=1e-12)
         honest = max(case.wrong_rad, 0.1) if case.told_std_rad is None else case.told_std_rad
-        assert told.prior.std[column] == pytest.approx(honest, rel=1e-12)
-        others = np.arange(told.n_x) != column
-        np.testing.assert_array_equal(told.prior.mean[others], own.prior.mean[others])
+        assert told.std[column] == pytest.approx(honest, rel=1e-12)
+        others = np.arange(own.n_x) != column
+        np.testing.assert_array_equal(told.mean[others], own.prior.mean[others])
         np.testing.assert_array_equal(
-            told.prior.covariance[np.ix_(others, others)],
+            told.covariance[np.ix_(others, others)],
             own.prior.covariance[np.ix_(others, others)],
         )
 
@@ -117,9 +117,10 @@ def test_on_a_linear_model_no_start_is_bad_for_one_and_good_for_another() -> Non
     measurements = system.simulate(irregular_times(40, rng), rng)
     mean, std = system.model.prior.mean, system.model.prior.std
     wrong = {name: mean[i] + 20 * std[i] for i, name in enumerate(system.model.state_names[:2])}
-    model = with_prior(system.model, wrong, float(std[0]))
+    prior = told_prior(system.model, wrong, float(std[0]))
     ekf, *others = (
-        run_measurements(create_estimator(name, model), measurements) for name in ESTIMATORS
+        run_measurements(create_estimator(name, system.model), measurements, prior=prior)
+        for name in ESTIMATORS
     )
     right = run_measurements(create_estimator("ekf", system.model), measurements)
     assert np.abs(ekf.mean[0] - right.mean[0]).max() > std[0]
@@ -134,7 +135,7 @@ def test_a_prior_of_some_states_leaves_the_others_alone() -> None:
     P = root @ root.T + np.eye(model.n_x)
     model = model.replace(prior=GaussianState(np.arange(float(model.n_x)), P))
     name = model.state_names[1]
-    prior = with_prior(model, {name: 9.0}, 0.3).prior
+    prior = told_prior(model, {name: 9.0}, 0.3)
     expected = np.arange(float(model.n_x))
     expected[1] = 9.0
     np.testing.assert_array_equal(prior.mean, expected)
