@@ -6,7 +6,7 @@ An estimator or a sensor configuration exists for all of them once it has a row 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -25,6 +25,10 @@ from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
 
 
+SPARSE_NOISE = 1.0
+"""Threshold of Huber's loss of ``mhe-sparse``: noise within its standard deviation is Gaussian."""
+
+
 @dataclass(frozen=True)
 class EstimatorSettings:
     """Settings of every estimator; each reads its own.
@@ -32,11 +36,18 @@ class EstimatorSettings:
     Parameters
     ----------
     ekf : settings of ``ekf``
-    mhe : settings of ``mhe-ipopt``, ``mhe-rti`` and ``mhe``
+    mhe : settings of ``mhe-ipopt``, ``mhe-rti``, ``mhe`` and (but for its loss) ``mhe-sparse``
     """
 
     ekf: EkfConfig = field(default_factory=EkfConfig)
     mhe: MheConfig = field(default_factory=MheConfig)
+
+    @property
+    def sparse(self) -> MheConfig:
+        """Settings of ``mhe-sparse``: as of ``mhe``, with Huber's loss on the process noise."""
+        if self.mhe.sparse_noise is not None:
+            return self.mhe
+        return replace(self.mhe, sparse_noise=SPARSE_NOISE)
 
 
 ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, EstimatorSettings], Estimator[Any]]] = (
@@ -46,10 +57,14 @@ ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, EstimatorSettings], Estimato
             "mhe-ipopt": lambda model, settings: MheIpopt(model, settings.mhe),
             "mhe-rti": lambda model, settings: MheRti(model, settings.mhe),
             "mhe": lambda model, settings: Mhe(model, settings.mhe),
+            "mhe-sparse": lambda model, settings: Mhe(model, settings.sparse),
         }
     )
 )
 """Estimator name → constructor."""
+
+LEAST_SQUARES = tuple(name for name in ESTIMATORS if name != "mhe-sparse")
+"""The estimators that weigh everything by least squares: on a linear model all are one."""
 
 BENCHMARK_ESTIMATORS = ("ekf", "mhe-rti", "mhe")
 """The estimators of the benchmark; ``mhe`` ends in ``mhe-ipopt``'s optimum (`pen-mhe optimum`)."""
@@ -76,20 +91,20 @@ CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
         "accel": SensorConfiguration("accelerometer", ("accel",)),
         "gyro": SensorConfiguration("gyroscope", ("gyro",)),
         "accel+gyro": SensorConfiguration("both", ("accel", "gyro")),
-        "accel+gyro+camera": SensorConfiguration("both with camera", ("accel", "gyro", "camera")),
-    }
-)
-"""Sensor configurations of the benchmark."""
-
-CONTRACT_CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
-    {
-        **CONFIGURATIONS,
         "two accelerometers": SensorConfiguration(
             "two accelerometers", ("accel_lower", "accel_upper")
         ),
+        "accel+gyro+contact": SensorConfiguration(
+            "both with contact", ("accel", "gyro", "contact")
+        ),
+        "camera": SensorConfiguration("camera", ("camera",)),
+        "two accelerometers+camera": SensorConfiguration(
+            "two accelerometers with camera", ("accel_lower", "accel_upper", "camera")
+        ),
+        "accel+gyro+camera": SensorConfiguration("both with camera", ("accel", "gyro", "camera")),
     }
 )
-"""Configurations that every estimator must work on, those of the benchmark among them."""
+"""Sensor configurations of the benchmark; every estimator must work on each."""
 
 TURNTABLE_CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
     {
@@ -139,7 +154,7 @@ def contract_models() -> Mapping[str, StateSpaceModel]:
     models = {}
     for dof in (5, 6):
         pen = find_pen("reference").model_copy(update={"degrees_of_freedom": dof})
-        for name, configuration in CONTRACT_CONFIGURATIONS.items():
+        for name, configuration in CONFIGURATIONS.items():
             models[f"pen{dof} {name}"] = pen_model(pen, configuration.sensors)
     for name, configuration in TURNTABLE_CONFIGURATIONS.items():
         models[f"turntable {name}"] = turntable_model(paper_turntable(), configuration.sensors)

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from benchmark.metrics import state_errors
-from benchmark.registry import ESTIMATORS, create_estimator
+from benchmark.registry import LEAST_SQUARES, create_estimator
 from benchmark.simulate import simulate_model
 from estimation.estimator import run
 from models.own_model import OwnSensor, own_model
@@ -34,6 +34,6 @@ states = {"position_m": (1.0, 0.01), "velocity_m_s": (0.0, 0.01)}
 ruler = OwnSensor(lambda x: x[0], axes={"x": "m"}, noise_std=0.005, rate_hz=20.0)
 model = own_model("damped spring", states, transition, n_noises=1, sensors={"ruler": ruler})
 recording = simulate_model(model, duration_s=50.0, seed=0)
-for name in ESTIMATORS:
+for name in LEAST_SQUARES:
     errors = state_errors(model, run(create_estimator(name, model), recording), recording.truth)
     print(name, "RMS position, velocity:", np.sqrt((errors**2).mean(axis=0)))

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from benchmark.metrics import state_errors
-from benchmark.registry import ESTIMATORS, EstimatorSettings, create_estimator
+from benchmark.registry import LEAST_SQUARES, EstimatorSettings, create_estimator
 from benchmark.simulate import simulate_model
 from estimation.estimator import run
 from mhe.config import MheConfig
@@ -43,7 +43,7 @@ Q, R = DISTURBANCE_STD**2 * G @ G.T, np.array([[NOISE_STD**2]])
 def names() -> dict[str, Any]:
     """What the example defines, without its loop over the estimators."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("benchmark.registry.ESTIMATORS", {})
+        patch.setattr("benchmark.registry.LEAST_SQUARES", {})
         return runpy.run_path(str(EXAMPLE))
 
 
@@ -87,7 +87,7 @@ def test_the_example_prints_every_estimator_and_they_agree() -> None:
         runpy.run_path(str(EXAMPLE), run_name="__main__")
     lines = printed.getvalue().splitlines()
     rows = [line.replace("[", "").replace("]", "").split() for line in lines]
-    assert [row[0] for row in rows] == list(ESTIMATORS)
+    assert [row[0] for row in rows] == list(LEAST_SQUARES)
     errors = np.array([[float(word) for word in row[-2:]] for row in rows])
     np.testing.assert_allclose(errors, np.broadcast_to(errors[0], errors.shape), rtol=1e-6)
     assert 0 < errors[0, 0] < NOISE_STD
@@ -106,7 +106,7 @@ def test_the_examples_model_is_casadis(model: StateSpaceModel) -> None:
     assert (ruler.rate_hz, ruler.noise_std.tolist()) == (1 / STEP_S, [NOISE_STD])
 
 
-@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.parametrize("name", LEAST_SQUARES)
 def test_every_estimator_is_the_kalman_filter(names: dict[str, Any], name: str) -> None:
     """With windows as in CasADi's example; differences in standard deviations."""
     model, recording = names["model"], names["recording"].first(5.0)

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from benchmark.registry import ESTIMATORS, EstimatorSettings, create_estimator
+from benchmark.registry import ESTIMATORS, LEAST_SQUARES, EstimatorSettings, create_estimator
 from benchmark.simulate import simulate_model
 from estimation.estimator import run
 from estimation.recording import Recording
@@ -121,7 +121,7 @@ def test_readings_are_the_truth_with_the_stated_noise() -> None:
         assert abs(squared.mean() - 1) < 4 * np.sqrt(2 / squared.size)
 
 
-@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.parametrize("name", LEAST_SQUARES)
 def test_every_estimator_is_the_kalman_filter(recording: Recording, name: str) -> None:
     """Instants of one sensor alone and of both; all in standard deviations."""
     model = cart_model()
