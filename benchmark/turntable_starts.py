@@ -104,6 +104,7 @@ class StartRun:
     error, mirror_error : (n, n_x) estimate minus truth, and minus the truth's mirror
     judged : (n,) true at the instants by which it was judged
     solved_fraction : of its steps
+    step_time_s : (n,)
     """
 
     seed: int
@@ -114,6 +115,7 @@ class StartRun:
     mirror_error: Array
     judged: Array
     solved_fraction: float
+    step_time_s: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,6 +195,7 @@ def run_start(
         mirror_error,
         judged,
         history.solved_fraction,
+        history.step_time_s,
     )
 
 
