@@ -1,0 +1,1 @@
+"""The suite `real`: recordings of a real pen."""
