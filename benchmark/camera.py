@@ -41,6 +41,33 @@ def check_recorded_rate(sensor: SensorModel, recording: Recording) -> None:
 
 
 @dataclass(frozen=True)
+class CameraThinning:
+    """Keep only the frames whose index ≡ phase, modulo recorded rate / `rate_hz`."""
+
+    rate_hz: float
+    phase: int = 0
+
+
+def thinned(model: StateSpaceModel, recorded: Recording, thinning: CameraThinning) -> Recording:
+    """Return a recording with fewer frames of a model's one camera.
+
+    Raises
+    ------
+    InputError
+        If there is not exactly one camera, it ran at another rate than its pen file says,
+        or rate or phase do not fit that.
+    """
+    cameras = [sensor for sensor in model.sensors if sensor.kind == "pose_camera"]
+    if len(cameras) != 1:
+        raise InputError("camera rate given, expected exactly one pose_camera among the sensors")
+    check_recorded_rate(cameras[0], recorded)
+    every = frames_per_kept(cameras[0].rate_hz, thinning.rate_hz)
+    if not 0 <= thinning.phase < every:
+        raise InputError(f"camera phase {thinning.phase}, expected 0 to {every - 1}")
+    return recorded.subsampled(cameras[0].name, every, thinning.phase)
+
+
+@dataclass(frozen=True)
 class LeftOutError:
     """RMS of an estimate against frames that it was not given, per unit of the residual."""
 

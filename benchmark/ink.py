@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from estimation.estimate import EstimateHistory
 from models.arrays import Array
 from models.errors import InputError
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
 
 INCH_MM = 25.4
 OUTLIER_FACTOR = 2.0
@@ -21,6 +20,16 @@ TRIMMED_SAMPLES = 70
 ALIGNMENT_ROUNDS = 8
 STARTING_GRID_MM = 4.0
 STARTING_POINTS = 300
+OFF_PAPER = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Ink:
+    """The ink that a recording left, (m, 2) mm, and when the pen pressed: (n,) s, 0 or 1."""
+
+    points_mm: Array
+    time_s: Array
+    pressed: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,18 +110,36 @@ def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
 
     The rounds of nearest neighbour and mean end in a local optimum, so they
     start from many shifts that lay the path's extent within the ink's: a part
-    of a text fits in several places. The best one counts.
+    of a text fits in several places. The best one counts. Looking for it, a
+    nearest neighbour is good to a quarter of a millimetre (`benchmark.ink_map`).
+    A path `OFF_PAPER` times as large as the ink is infinitely far from it.
     """
     from scipy.spatial import cKDTree  # slow to import, for scanned ink only
 
-    tree = cKDTree(ink_mm)
+    from benchmark.ink_map import InkMap
+
+    if np.ptp(path_mm, axis=0).max() > OFF_PAPER * np.ptp(ink_mm, axis=0).max():
+        return InkMatch(math.inf, path_mm, ink_mm)
+    coarse, tree = InkMap(ink_mm).nearest, cKDTree(ink_mm)
     thinned = path_mm[:: max(1, len(path_mm) // STARTING_POINTS)]
     starts = _starting_shifts(path_mm, ink_mm)
-    coarse = [_settled_shift(thinned, tree, ink_mm, start) for start in starts]
-    best = min(coarse, key=lambda shift: float(np.mean(tree.query(thinned + shift)[0])))
-    shifted = path_mm + _settled_shift(path_mm, tree, ink_mm, best)
+    shifts = [_settled_shift(thinned, coarse, start) for start in starts]
+    best = min(shifts, key=lambda shift: _mean_distance(thinned + shift, coarse))
+    shifted = path_mm + _settled_shift(path_mm, lambda at: ink_mm[tree.query(at)[1]], best)
     distance, _ = tree.query(shifted)
     return InkMatch(float(np.mean(distance)), shifted, ink_mm)
+
+
+def ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:
+    """Lay the tip over the ink; None for a part too short to compare."""
+    if len(output) <= 2 * TRIMMED_SAMPLES + 1:
+        return None
+    pressed = np.interp(output.time_s, ink.time_s, ink.pressed)
+    tip_xy = np.column_stack([output.column("tip_x_m"), output.column("tip_y_m")])
+    path = written_path_mm(tip_xy, pressed)
+    if len(path) == 0:
+        return None
+    return match_ink(path, ink.points_mm)
 
 
 def _starting_shifts(path_mm: Array, ink_mm: Array) -> list[Array]:
@@ -125,9 +152,12 @@ def _starting_shifts(path_mm: Array, ink_mm: Array) -> list[Array]:
     return [np.median(ink_mm, axis=0) - np.median(path_mm, axis=0), *grid]
 
 
-def _settled_shift(path_mm: Array, tree: cKDTree, ink_mm: Array, start: Array) -> Array:
+def _settled_shift(path_mm: Array, nearest: Callable[[Array], Array], start: Array) -> Array:
     shift = start
     for _ in range(ALIGNMENT_ROUNDS):
-        _, nearest = tree.query(path_mm + shift)
-        shift = shift + (ink_mm[nearest] - path_mm - shift).mean(axis=0)
+        shift = shift + (nearest(path_mm + shift) - path_mm - shift).mean(axis=0)
     return np.asarray(shift)
+
+
+def _mean_distance(points_mm: Array, nearest: Callable[[Array], Array]) -> float:
+    return float(np.linalg.norm(nearest(points_mm) - points_mm, axis=1).mean())

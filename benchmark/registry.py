@@ -24,7 +24,6 @@ from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
 
-
 SPARSE_NOISE = 1.0
 """Threshold of Huber's loss of ``mhe-sparse``: noise within its standard deviation is Gaussian."""
 

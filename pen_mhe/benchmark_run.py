@@ -1,44 +1,87 @@
-"""The work behind ``pen-mhe benchmark``: table, figure, and what they were made with."""
+"""The work behind ``pen-mhe benchmark`` and ``pen-mhe report``."""
 
 from __future__ import annotations
 
-import platform
-from importlib.metadata import version
+import time
+from collections.abc import Sequence
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
-from benchmark.first_light import Cell, CellKey, as_table, cell_keys, run_cell
-from benchmark.registry import find_pen
-from pen_mhe.console import console, print_table
-from pen_mhe.figures import benchmark_figure, save
-from pen_mhe.processes import finished
+from benchmark.report.report import answer, write_report
+from benchmark.runner.about import about, read_about, session, write_about
+from benchmark.runner.run import Workers, chosen_tasks, run_tasks
+from benchmark.runner.tables import read_tables
+from benchmark.suites import find_suite
+from benchmark.tasks.suite import Scope
+from models.errors import InputError
+from pen_mhe.console import console, print_markdown, progress
 
-MOTION, DURATION_S = "turn", 3.0
 
+def run_benchmark(
+    suites: Sequence[str], output: Path, scope: Scope, workers: Workers, command: str
+) -> None:
+    """Run the tasks that are not finished, write tables and report, print the matrix.
 
-def run_benchmark(output: Path, seeds: int, jobs: int) -> None:
-    """Run every cell, print the table, write ``table.csv`` and, of seed 0, ``stroke.png``."""
+    Parameters
+    ----------
+    suites : names
+    output : folder; an interrupted run continues there
+    command : to repeat the run with, for the report
+    """
+    for name in suites:
+        if line := find_suite(name).missing(scope):
+            console.print(line)
+    tasks = chosen_tasks(suites, scope)
+    if not tasks:
+        raise InputError(f"suites {', '.join(suites)} have no tasks, expected some")
     output.mkdir(parents=True, exist_ok=True)
-    keys = cell_keys(range(seeds))
-    found = {key: future.result() for key, future in finished("benchmark", _run, keys, jobs)}
-    cells = [found[key] for key in keys]
-    table = as_table(cells)
-    table.to_csv(output / "table.csv", index=False)
-    save(benchmark_figure([cell for cell in cells if cell.key.seed == 0]), output / "stroke.png")
-    rows = [[_text(value) for value in row] for row in table.itertuples(index=False)]
-    title = (
-        f"RMS errors on the simulated motion '{MOTION}', {DURATION_S:g} s, median of {seeds} seeds"
-    )
-    print_table(title, [column.replace("_", " ") for column in table.columns], rows)
-    console.print(
-        f"\nPython {platform.python_version()}, casadi {version('casadi')}, "
-        f"numpy {version('numpy')}, "
-        f"pen-mhe {version('pen-mhe')}; table and figure (seed 0) in {output}"
-    )
+    run = about(command, list(suites), scope.seeds)
+    run["sessions"] = _earlier_sessions(output, run["code"])
+    started, clock = datetime.now(UTC), time.perf_counter()
+    done, finished = 0, False
+
+    def on_start(total: int) -> Any:
+        if total < len(tasks):
+            console.print(f"{len(tasks) - total} of {len(tasks)} tasks are finished already")
+        advance = start(total)
+
+        def counted(tasks_done: int) -> None:
+            nonlocal done
+            done += tasks_done
+            advance(tasks_done)
+
+        return counted
+
+    try:
+        with progress("benchmark") as start:
+            run_tasks(tasks, scope, workers, output, on_start)
+        finished = True
+    except KeyboardInterrupt:
+        raise InputError(
+            f"interrupted after {done} tasks, which are kept; the same command continues"
+        ) from None
+    finally:
+        seconds = time.perf_counter() - clock
+        run["sessions"].append(session(started, seconds, str(workers), done, finished))
+        write_about(run, output)
+    show_report(output)
 
 
-def _run(key: CellKey) -> Cell:
-    return run_cell(find_pen("reference"), key, MOTION, DURATION_S)
+def show_report(folder: Path) -> None:
+    """Write the report of a finished run, print its matrix and its path."""
+    results, run = read_tables(folder), read_about(folder)
+    names = [name for name in run.get("suites", []) if name in set(results.rows["suite"])]
+    suites = [find_suite(name) for name in names]
+    page = write_report(results, suites, run, folder)
+    print_markdown(answer(results, suites, run))
+    console.print(f"\nreport: {page}")
 
 
-def _text(value: object) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+def _earlier_sessions(output: Path, code: str) -> list[dict[str, Any]]:
+    """Return the sittings of a run that is continued with the same code."""
+    try:
+        earlier = read_about(output)
+    except InputError:
+        return []
+    return list(earlier.get("sessions", [])) if earlier.get("code") == code else []

@@ -86,7 +86,8 @@ def estimate(
     deviations (…_std), status, iterations and step_time_s.
     """
     # Tables and figures are slow to import: only where a command needs them.
-    from pen_mhe.estimate_run import CameraThinning, estimate_recording
+    from benchmark.camera import CameraThinning
+    from pen_mhe.estimate_run import estimate_recording
     from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
     from pen_mhe.load import load_recording
     from pen_mhe.tables import prepare_output, write_table

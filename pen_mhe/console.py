@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 import typer
 from rich.console import Console
+from rich.markdown import Markdown
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
@@ -54,6 +55,14 @@ def one_sentence() -> Iterator[None]:
             f"pen-mhe: {error}", markup=False
         )
         raise typer.Exit(2) from None
+
+
+def print_markdown(text: str) -> None:
+    """Print Markdown: set on a terminal, as it is in a pipe."""
+    if console.is_terminal:
+        console.print(Markdown(text))
+    else:
+        print(text)
 
 
 def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:

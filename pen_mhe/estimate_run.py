@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmark.camera import LeftOutError, check_recorded_rate, frames_per_kept, left_out_error
-from benchmark.ink import TRIMMED_SAMPLES, InkMatch, match_ink, written_path_mm
+from benchmark.camera import CameraThinning, LeftOutError, left_out_error, thinned
+from benchmark.ink import InkMatch, ink_match
 from benchmark.metrics import (
     ERROR_COLUMNS,
     root_mean_square,
@@ -17,6 +17,7 @@ from benchmark.metrics import (
 )
 from benchmark.observe import judge
 from benchmark.registry import EstimatorSettings, create_estimator
+from benchmark.written import WrittenRecording
 from estimation.consistency import Consistency, consistency, nees, nis
 from estimation.estimate import EstimateHistory
 from estimation.estimator import run
@@ -24,15 +25,6 @@ from estimation.recording import Recording
 from models.errors import InputError
 from models.pen import PenConfig, pen_model
 from models.state_space import StateSpaceModel
-from pen_mhe.load import Ink, LoadedRecording
-
-
-@dataclass(frozen=True)
-class CameraThinning:
-    """Keep only the frames whose index ≡ phase, modulo recorded rate / `rate_hz`."""
-
-    rate_hz: float
-    phase: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +62,7 @@ def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
 
 
 def estimate_recording(
-    loaded: LoadedRecording,
+    loaded: WrittenRecording,
     pen: PenConfig,
     estimator: str,
     sensors: Sequence[str] | None = None,
@@ -104,17 +96,7 @@ def estimate_recording(
             raise InputError(f"duration is {duration_s:g} s, expected a positive time")
         recorded = recorded.first(duration_s)
     cameras = [s for s in model.sensors if s.kind == "pose_camera"]
-    used = recorded
-    if thinning is not None:
-        if len(cameras) != 1:
-            raise InputError(
-                "camera rate given, expected exactly one pose_camera among the sensors"
-            )
-        check_recorded_rate(cameras[0], recorded)
-        every = frames_per_kept(cameras[0].rate_hz, thinning.rate_hz)
-        if not 0 <= thinning.phase < every:
-            raise InputError(f"camera phase {thinning.phase}, expected 0 to {every - 1}")
-        used = recorded.subsampled(cameras[0].name, every, thinning.phase)
+    used = recorded if thinning is None else thinned(model, recorded, thinning)
     on_progress = on_start(len(used.time_s)) if on_start else None
     history = run(create_estimator(estimator, model, settings), used, on_progress=on_progress)
     fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
@@ -128,7 +110,7 @@ def estimate_recording(
         true_rms=_true_rms(model, history, used),
         nis=_nis(model, history),
         nees=_nees(model, history, used),
-        ink=_ink_match(output, loaded.ink) if loaded.ink else None,
+        ink=ink_match(output, loaded.ink) if loaded.ink else None,
         zero_delay=tuple(s.name for s in model.sensors if s.delay_s > 0),
     )
 
@@ -165,15 +147,3 @@ def _nees(
         return None
     squared = nees(model, history, truth.states(model.state_names, history.time_s))
     return None if np.isnan(squared).all() else consistency(squared, model.n_x)
-
-
-def _ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:
-    """Lay the tip over the ink; None for a part too short to compare."""
-    if len(output) <= 2 * TRIMMED_SAMPLES + 1:
-        return None
-    pressed = np.interp(output.time_s, ink.time_s, ink.pressed)
-    tip_xy = np.column_stack([output.column("tip_x_m"), output.column("tip_y_m")])
-    path = written_path_mm(tip_xy, pressed)
-    if len(path) == 0:
-        return None
-    return match_ink(path, ink.points_mm)

@@ -3,41 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
-from benchmark.ink import ink_points_mm
-from estimation.recording import Recording
-from models.arrays import Array
+from benchmark.dpoint import CAMERA_FILE, STYLUS_FILE, is_dpoint_folder
+from benchmark.written import WrittenRecording, load_dpoint
 from models.errors import InputError
 from models.pen import PenConfig
-from models.sensors import Contact, PoseCamera
 from pen_mhe.columns import column_units
-from pen_mhe.dpoint import CAMERA_FILE, STYLUS_FILE, is_dpoint_folder, read_dpoint
 from pen_mhe.plausible_units import check_units
 from pen_mhe.tables import read_table, recording_from_table
 
 
-@dataclass(frozen=True, eq=False)
-class Ink:
-    """The ink that a recording left, (m, 2) mm, and when the pen pressed: (n,) s, 0 or 1."""
-
-    points_mm: Array
-    time_s: Array
-    pressed: Array
-
-
-@dataclass(frozen=True, eq=False)
-class LoadedRecording:
-    """A recording with the ink it left, where there is a scan."""
-
-    recording: Recording
-    ink: Ink | None = None
-
-
 def load_recording(
     path: Path, pen: PenConfig, units: Mapping[str, str] | None = None
-) -> LoadedRecording:
+) -> WrittenRecording:
     """Read a recording of a pen's sensors.
 
     Parameters
@@ -70,27 +49,7 @@ def load_recording(
         table = read_table(path)
         recording = recording_from_table(table, pen, str(path), units)
         check_units(recording, pen, column_units(table.columns, pen, units))
-        loaded = LoadedRecording(recording)
+        loaded = WrittenRecording(recording)
     if len(loaded.recording.time_s) < 2:
         raise InputError(f"recording {path} has a single sample, expected at least two")
     return loaded
-
-
-def load_dpoint(folder: Path, pen: PenConfig) -> LoadedRecording:
-    """Read a D-POINT folder with the camera delay and pressure threshold of a pen."""
-    cameras = [s for s in pen.sensors.values() if isinstance(s, PoseCamera)]
-    contacts = [s for s in pen.sensors.values() if isinstance(s, Contact)]
-    if len(cameras) != 1 or len(contacts) != 1:
-        raise InputError(
-            f"pen {pen.name}: expected one pose_camera and one contact to read a D-POINT folder "
-            "(its delay_s and pressure_threshold are needed)"
-        )
-    read = read_dpoint(
-        folder, cameras[0].delay_s, contacts[0].pressure_threshold, contacts[0].height_m
-    )
-    if read.scan is None:
-        return LoadedRecording(read.recording)
-    pressed = (read.pressure > contacts[0].pressure_threshold).astype(float)
-    return LoadedRecording(
-        read.recording, Ink(ink_points_mm(read.scan), read.pressure_time_s, pressed)
-    )

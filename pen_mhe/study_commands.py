@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shlex
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +14,9 @@ import typer
 from benchmark.bad_start_cases import CASES as BAD_STARTS
 from benchmark.bad_starts import ESTIMATORS as COMPARED
 from benchmark.consistency_runs import CASES
-from mhe.config import MheConfig
+from benchmark.runner.run import Workers
+from benchmark.suites import MODULES, find_suite
+from benchmark.tasks.suite import Scope
 from models.errors import InputError
 from pen_mhe import consistency_run, observe_run
 from pen_mhe.console import one_sentence
@@ -21,53 +26,77 @@ from pen_mhe.options import (
     SensorsOption,
     WritingAreaOption,
     names,
-    rate_hz,
 )
 
-HORIZON = MheConfig().horizon
+SPEED = "speed"
+"""The suite that times solvers by itself, see `pen_mhe.speed_run`."""
 
 
 def benchmark(
     suites: Annotated[
-        list[str] | None, typer.Argument(help="stroke (default) or speed, or both.")
+        list[str] | None,
+        typer.Argument(help=f"{', '.join(MODULES)} (default: all of these), or {SPEED} alone."),
     ] = None,
     output: Annotated[
-        Path | None,
-        typer.Option(help="Folder for tables and figures; results or results/SUITE by default."),
-    ] = None,
-    seeds: Annotated[
-        int, typer.Option(help="Of stroke: number of simulated recordings.", min=1)
-    ] = 5,
+        Path, typer.Option(help="Folder; an interrupted run continues there.")
+    ] = Path("results"),
+    seeds: Annotated[int, typer.Option(help="Simulated recordings of every case.", min=1)] = 5,
     jobs: JobsOption = 2,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a running Dask cluster, instead of processes.")
+    ] = None,
+    data: Annotated[
+        Path | None,
+        typer.Option(help="Folder with real recordings.", envvar="PEN_MHE_DATA"),
+    ] = None,
 ) -> None:
-    """Simulate a stroke and estimate it with everything (stroke), or time the solvers (speed)."""
+    """Run the suites and write the report: which sensors, and which estimator."""
     with one_sentence():
-        chosen = suites or ["stroke"]
+        if suites == [SPEED]:
+            _speed(output)
+            return
+        chosen = suites or list(MODULES)
         for suite in chosen:
-            if suite not in SUITES:
-                raise InputError(f"suite {suite} is unknown, expected one of {', '.join(SUITES)}")
-        for suite in chosen:
-            SUITES[suite](output, seeds, jobs)
+            if suite == SPEED:
+                raise InputError(f"suite {SPEED} among others, expected it alone: it needs quiet")
+            find_suite(suite)
+        if data is not None and not data.is_dir():
+            raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
+        from pen_mhe import benchmark_run  # tables and figures are slow to import
+
+        benchmark_run.run_benchmark(
+            list(dict.fromkeys(chosen)),
+            output,
+            Scope(seeds, None if data is None else str(data.resolve())),
+            Workers(jobs, scheduler),
+            command_line(),
+        )
 
 
-def _stroke(output: Path | None, seeds: int, jobs: int) -> None:
+def report(
+    folder: Annotated[Path, typer.Argument(help="Of a finished `pen-mhe benchmark`.")],
+) -> None:
+    """Draw the report of a run again from its files."""
     from pen_mhe import benchmark_run  # tables and figures are slow to import
 
-    benchmark_run.run_benchmark(output or Path("results"), seeds, jobs)
+    with one_sentence():
+        benchmark_run.show_report(folder)
 
 
-def _speed(output: Path | None, seeds: int, jobs: int) -> None:
+def command_line() -> str:
+    """Return the command that runs, with the data folder named by its variable."""
+    words = ["pen-mhe", *sys.argv[1:]]
+    data = os.environ.get("PEN_MHE_DATA")
+    return shlex.join("$PEN_MHE_DATA" if data and word == data else word for word in words)
+
+
+def _speed(output: Path) -> None:
     from pen_mhe import speed_run  # tables and figures are slow to import
 
-    folder = output or Path("results/speed")
     if speed_run.is_single_threaded():
-        speed_run.run_speed(folder)
-    elif status := speed_run.again_single_threaded(folder):
+        speed_run.run_speed(output)
+    elif status := speed_run.again_single_threaded(output):
         raise typer.Exit(status)
-
-
-SUITES: Mapping[str, Callable[[Path | None, int, int], None]] = {"stroke": _stroke, "speed": _speed}
-"""Benchmark suite → function of folder, seeds and processes."""
 
 
 def observe(
@@ -139,41 +168,13 @@ def optimum(
         optimum_run.run_optimum(output, windows, jobs, seed)
 
 
-def dpoint(
-    recording: Annotated[Path, typer.Argument(help="The D-POINT folder.")],
-    output: Annotated[Path, typer.Option(help="Folder for the cells, to resume from.")] = Path(
-        "results/dpoint"
-    ),
-    pen: PenOption = "dpoint",
-    rates: Annotated[str, typer.Option(help="Camera rates, Hz.")] = "30,10,3",
-    estimators: Annotated[str, typer.Option(help="Names with commas.")] = "ekf,mhe",
-    horizon: Annotated[int, typer.Option(help="Intervals in the window of an MHE.")] = HORIZON,
-    duration: Annotated[float | None, typer.Option(help="Use only the first seconds.")] = None,
-    jobs: JobsOption = 2,
-) -> None:
-    """Mean ink distance over camera rates and all phases, zero delay."""
-    from pen_mhe import dpoint_table  # tables are slow to import
-
-    with one_sentence():
-        dpoint_table.run_table(
-            recording,
-            output,
-            pen,
-            [rate_hz(rate) for rate in rates.split(",")],
-            names(estimators) or (),
-            horizon,
-            duration,
-            jobs,
-        )
-
-
 COMMANDS: Mapping[str, Callable[..., None]] = {
     "benchmark": benchmark,
+    "report": report,
     "observe": observe,
     "consistency": consistency,
     "bad-starts": bad_starts,
     "printed-cost": printed_cost,
     "optimum": optimum,
-    "dpoint-table": dpoint,
 }
 """Name → function of every command here."""

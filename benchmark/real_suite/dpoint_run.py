@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -34,7 +33,7 @@ CAMERA_RATES_HZ = (30, 15, 10, 6, 5, 3)
 RATES: Mapping[str, int] = MappingProxyType({f"camera at {r} Hz": r for r in CAMERA_RATES_HZ})
 """Case → camera rate."""
 
-NO_CAMERA = "no camera"
+NO_CAMERA, UNBIASED = "no camera", "no camera, accelerometer taken as unbiased"
 WITH_CAMERA: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "camera": ("camera",),
@@ -68,12 +67,12 @@ def run_dpoint(task: Task, data: str) -> Outcome:
     task : its seed is the phase of the thinning
     data : folder that holds `FOLDER`
     """
-    pen, written = find_pen(PEN), _recording(data)
-    estimator = _estimator(task.sensors, task.estimator)
+    written, pen = _recording(data), _pen(task.case)
+    estimator = _estimator(task.case == UNBIASED, task.sensors, task.estimator)
     model = estimator.model
     sensors = {**WITH_CAMERA, **WITHOUT_CAMERA}[task.sensors]
     whole = written.recording
-    if task.case == NO_CAMERA:
+    if task.case in (NO_CAMERA, UNBIASED):
         history = run(estimator, whole.select(sensors))
         found = elevation_quantities(pen, history, whole)
         return outcome(model.name, history, found, series=_elevation(task, pen, history, whole))
@@ -149,7 +148,9 @@ def _elevation(
 def _paths(task: Task, output: EstimateHistory) -> tuple[Series, ...]:
     shown = output.time_s <= output.time_s[0] + SHOWN_S
     return tuple(
-        Series(f"tip_{axis}", "mm", output.time_s[shown], 1e3 * output.column(f"tip_{axis}_m")[shown])
+        Series(
+            f"tip_{axis}", "mm", output.time_s[shown], 1e3 * output.column(f"tip_{axis}_m")[shown]
+        )
         for axis in "xy"
     )
 
@@ -158,12 +159,29 @@ def _paths(task: Task, output: EstimateHistory) -> tuple[Series, ...]:
 def _recording(data: str) -> WrittenRecording:
     folder = Path(data) / FOLDER
     if not folder.is_dir():
-        raise InputError(f"data folder {data} has no {FOLDER}, expected the D-POINT recording there")
+        raise InputError(f"data folder {data} has no {FOLDER}, expected it there")
     return load_dpoint(folder, find_pen(PEN))
 
 
 @cache
-def _estimator(sensors: str, name: str) -> Estimator[Any]:
+def _estimator(unbiased: bool, sensors: str, name: str) -> Estimator[Any]:
     chosen = {**WITH_CAMERA, **WITHOUT_CAMERA}[sensors]
-    model = pen_model(find_pen(PEN), chosen)
-    return create_estimator(name, model)
+    return create_estimator(name, pen_model(_pen(UNBIASED if unbiased else NO_CAMERA), chosen))
+
+
+@cache
+def _pen(case: str) -> PenConfig:
+    """Return the pen that an estimator assumes.
+
+    Without a camera, a bias of the accelerometer and a tilt of the pen are nearly the same
+    to every reading; `UNBIASED` tells the estimator that there is none.
+    """
+    pen = find_pen(PEN)
+    if case != UNBIASED:
+        return pen
+    accelerometer = pen.sensors["accel"].model_copy(
+        update={"bias_std_m_s2": 0.0, "bias_walk_m_s2_per_sqrt_s": 0.0}
+    )
+    return pen.model_copy(
+        update={"sensors": MappingProxyType({**pen.sensors, "accel": accelerometer})}
+    )

@@ -13,10 +13,10 @@ from typing import Any
 import pandas as pd
 from typer.testing import CliRunner
 
+from benchmark.dpoint import CAMERA_FILE, STYLUS_FILE
 from benchmark.registry import bundled_pens, find_pen
 from benchmark.simulate import simulate_recording
 from pen_mhe.cli import app
-from pen_mhe.dpoint import CAMERA_FILE, STYLUS_FILE
 from pen_mhe.tables import recording_to_table
 
 ACCEL = tuple(f"accel_{axis}_m_s2" for axis in "xyz")

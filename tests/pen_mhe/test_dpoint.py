@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmark.camera import CameraThinning
+from benchmark.dpoint import CAMERA_FILE, STYLUS_FILE, read_dpoint
 from benchmark.registry import EstimatorSettings, find_pen
 from mhe.config import MheConfig
 from models.errors import InputError
 from pen_mhe.cli import app
-from pen_mhe.dpoint import CAMERA_FILE, STYLUS_FILE, read_dpoint
-from pen_mhe.estimate_run import CameraThinning, EstimateRun, estimate_recording
+from pen_mhe.estimate_run import EstimateRun, estimate_recording
 from pen_mhe.load import load_recording
 
 EKF_LIMIT_MM = 0.17

@@ -12,13 +12,13 @@ from benchmark.metrics import NOT_OBSERVABLE
 from benchmark.observe import observe
 from benchmark.registry import create_estimator, find_pen
 from benchmark.simulate import simulate_recording
+from benchmark.written import WrittenRecording
 from estimation.consistency import nis
 from estimation.estimator import run
 from estimation.recording import Recording, Truth
 from estimation.status import Status
 from models.pen import PenConfig, pen_model
 from pen_mhe.estimate_run import EstimateRun, estimate_recording
-from pen_mhe.load import LoadedRecording
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 SENSORS = ("accel", "gyro")
@@ -26,7 +26,7 @@ SENSORS = ("accel", "gyro")
 
 def estimated(recording: Recording, writing_area: bool = True) -> EstimateRun:
     return estimate_recording(
-        LoadedRecording(recording),
+        WrittenRecording(recording),
         find_pen("reference"),
         "ekf",
         SENSORS,
