@@ -37,7 +37,8 @@ class Claim(BaseModel):
     source : who says it: ``[Pen] 1``; ``ours`` for questions of our own
     says : the claim, in our words
     criterion : the figure in words, with its unit
-    of : column → value or list of values that choose rows
+    of : column → value or list of values that choose rows; ``*`` in a text stands for any
+        part of it
     value : the column that is judged, or ``status=…``. Only `OK` rows count, except for
         ``status=…`` and ``solved_fraction``
     against : as `of`, changes to it that choose the rows to compare with

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -116,7 +117,7 @@ def _values(
     claim: Claim, rows: pd.DataFrame, chosen: Mapping[str, Chosen], name: str
 ) -> pd.DataFrame:
     for column, value in chosen.items():
-        rows = rows[rows[column].isin(list(value) if isinstance(value, tuple) else [value])]
+        rows = rows[_chosen(rows[column], value if isinstance(value, tuple) else (value,))]
     by_status = claim.value.startswith(STATUS_IS)
     if by_status or claim.value in COUNTS_ALWAYS:
         # A run counts once, whatever quantities it has; one that broke off has none.
@@ -130,6 +131,17 @@ def _values(
         values = rows[claim.value].astype(float)
     kept = rows[["case", "sensors", "estimator", "quantity", "seed"]].assign(**{name: values})
     return kept[kept[name].notna()]
+
+
+def _chosen(column: pd.Series, values: tuple[str, ...] | tuple[int, ...]) -> pd.Series:
+    """Return which entries are one of the values, or fit one of them that has a ``*``."""
+    fits = {
+        entry
+        for entry in column.unique()
+        for value in values
+        if entry == value or (isinstance(value, str) and fnmatchcase(str(entry), value))
+    }
+    return column.isin(fits)
 
 
 def _interval(claim: Claim, name: str, table: pd.DataFrame) -> Interval:
