@@ -112,14 +112,11 @@ def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
     start from many shifts that lay the path's extent within the ink's: a part
     of a text fits in several places. The best one counts. Looking for it, a
     nearest neighbour is good to a quarter of a millimetre (`benchmark.ink_map`).
-    A path `OFF_PAPER` times as large as the ink is infinitely far from it.
     """
     from scipy.spatial import cKDTree  # slow to import, for scanned ink only
 
     from benchmark.ink_map import InkMap
 
-    if np.ptp(path_mm, axis=0).max() > OFF_PAPER * np.ptp(ink_mm, axis=0).max():
-        return InkMatch(math.inf, path_mm, ink_mm)
     coarse, tree = InkMap(ink_mm).nearest, cKDTree(ink_mm)
     thinned = path_mm[:: max(1, len(path_mm) // STARTING_POINTS)]
     starts = _starting_shifts(path_mm, ink_mm)
@@ -131,11 +128,17 @@ def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
 
 
 def ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:
-    """Lay the tip over the ink; None for a part too short to compare."""
+    """Lay the tip over the ink; None for a part too short to compare.
+
+    A path `OFF_PAPER` times as large as the ink is infinitely far from it.
+    """
     if len(output) <= 2 * TRIMMED_SAMPLES + 1:
         return None
     pressed = np.interp(output.time_s, ink.time_s, ink.pressed)
     tip_xy = np.column_stack([output.column("tip_x_m"), output.column("tip_y_m")])
+    on_paper = 1e3 * tip_xy[TRIMMED_SAMPLES:-TRIMMED_SAMPLES]
+    if np.ptp(on_paper, axis=0).max() > OFF_PAPER * np.ptp(ink.points_mm, axis=0).max():
+        return InkMatch(math.inf, on_paper, ink.points_mm)
     path = written_path_mm(tip_xy, pressed)
     if len(path) == 0:
         return None

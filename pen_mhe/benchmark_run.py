@@ -8,7 +8,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from benchmark.report.report import answer, write_report
+from benchmark.report.content import content
+from benchmark.report.report import write_report
+from benchmark.report.sentences import verdict_sentence
+from benchmark.report.terminal import answer_blocks
 from benchmark.runner.about import about, read_about, session, write_about
 from benchmark.runner.run import Workers, chosen_tasks, run_tasks
 from benchmark.runner.tables import read_tables
@@ -73,8 +76,9 @@ def show_report(folder: Path) -> None:
     results, run = read_tables(folder), read_about(folder)
     names = [name for name in run.get("suites", []) if name in set(results.rows["suite"])]
     suites = [find_suite(name) for name in names]
+    found = content(results, suites, run)
     page = write_report(results, suites, run, folder)
-    print_markdown(answer(results, suites, run))
+    print_markdown("\n\n".join([*answer_blocks(found), verdict_sentence(found)]))
     console.print(f"\nreport: {page}")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -83,7 +84,7 @@ class Results:
         return Line(name, _column(found, "time_s"), y, band)
 
 
-def _where(table: pd.DataFrame, values: dict[str, object]) -> pd.DataFrame:
+def _where(table: pd.DataFrame, values: Mapping[str, object]) -> pd.DataFrame:
     for column, value in values.items():
         wanted = list(value) if isinstance(value, (list, tuple)) else [value]
         table = table[table[column].isin(wanted)]

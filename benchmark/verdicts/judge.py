@@ -133,7 +133,7 @@ def _values(
     return kept[kept[name].notna()]
 
 
-def _chosen(column: pd.Series, values: tuple[str, ...] | tuple[int, ...]) -> pd.Series:
+def _chosen(column: pd.Series, values: tuple[str | int, ...]) -> pd.Series:
     """Return which entries are one of the values, or fit one of them that has a ``*``."""
     fits = {
         entry

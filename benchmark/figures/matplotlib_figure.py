@@ -1,0 +1,119 @@
+"""A figure drawn on paper: matplotlib, for README and notebooks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from benchmark.figures.band import band, interval_lengths
+from benchmark.figures.figure import Figure, Line, Panel
+from benchmark.figures.layout import places
+from benchmark.figures.style import LINE_WIDTH, PAGE, POINT_SIZE, Colour, Theme, colours_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
+
+ALONE, STACKED, SQUARE = 3.2, 2.0, 3.6
+"""Height in inches of a panel in a single row, of one of several rows, of a path on paper."""
+
+WIDTH = 8.0
+
+
+def matplotlib_figure(
+    figure: Figure, colours: Mapping[str, Colour] | None = None, theme: Theme = "light"
+) -> Drawing:
+    """Return the drawing; ``.savefig(path)`` writes it.
+
+    Parameters
+    ----------
+    colours : line name → colour, from `colours_of` of all figures that stand together
+    """
+    from matplotlib.figure import Figure as Drawing  # slow to import
+
+    colours = colours_of([figure]) if colours is None else colours
+    where = places(figure)
+    rows, columns = 1 + max(place.row for place in where), max(figure.columns, 1)
+    square = any(panel.equal for panel in figure.panels)
+    height = SQUARE if square else ALONE if rows == 1 else STACKED
+    drawing = Drawing(figsize=(WIDTH, rows * height + 0.6), layout="constrained")
+    drawing.set_facecolor(PAGE["paper"].on(theme))
+    drawing.suptitle(_text(figure.title), color=PAGE["ink"].on(theme), fontsize=11)
+    drawn: list[Axes] = []
+    for number, (panel, place) in enumerate(zip(figure.panels, where, strict=True)):
+        shared = drawn[place.shares] if place.shares != number else None
+        axes = drawing.add_subplot(rows, columns, number + 1, sharex=shared)
+        for line in panel.lines:
+            _draw(axes, line, panel, colours[line.name], theme)
+        _dress(axes, panel, place.shows_x, theme)
+        drawn.append(axes)
+    handles = {
+        label: handle
+        for axes in drawn
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    if handles:
+        drawing.legend(
+            list(handles.values()),
+            list(handles),
+            loc="outside lower center",
+            ncols=min(len(handles), 5),
+            frameon=False,
+            fontsize=9,
+            labelcolor=PAGE["ink"].on(theme),
+        )
+    return drawing
+
+
+def _draw(axes: Axes, line: Line, panel: Panel, colour: Colour, theme: Theme) -> None:
+    tint, name = colour.on(theme), _text(line.name)
+    around, lengths = band(line, panel.y_log), interval_lengths(line)
+    if around is not None:
+        for part in around.stretches():
+            axes.fill_between(
+                part.x, part.low, part.high, color=tint, alpha=0.18, linewidth=0, label="_band"
+            )
+    x = np.asarray(line.x, dtype=float)
+    y = np.where(np.isfinite(line.y), line.y, np.nan)
+    points = line.style == "points" or len(x) == 1
+    axes.errorbar(
+        x,
+        y,
+        yerr=None if lengths is None else np.stack(lengths),
+        label=name,
+        color=tint,
+        linestyle={"line": "-", "dashed": "--", "points": "none"}[line.style],
+        linewidth=LINE_WIDTH[line.style] * 0.75,
+        elinewidth=0.9,
+        capsize=2,
+        marker="o" if points else "none",
+        markersize=POINT_SIZE * 0.6,
+    )
+
+
+def _dress(axes: Axes, panel: Panel, shows_x: bool, theme: Theme) -> None:
+    ink, muted, rule = (PAGE[name].on(theme) for name in ("ink", "muted", "rule"))
+    axes.set_facecolor(PAGE["paper"].on(theme))
+    axes.set_title(_text(panel.title), loc="left", fontsize=9, color=muted)
+    axes.set_ylabel(_text(panel.y_label), color=ink, fontsize=9)
+    axes.tick_params(colors=muted, labelsize=8, labelbottom=shows_x)
+    if shows_x:
+        axes.set_xlabel(_text(panel.x_label), color=ink, fontsize=9)
+    if panel.x_log:
+        axes.set_xscale("log")
+    if panel.y_log:
+        axes.set_yscale("log")
+    if panel.equal:
+        axes.set_aspect("equal", adjustable="datalim")
+    axes.grid(color=PAGE["grid"].on(theme), linewidth=0.7)
+    axes.set_axisbelow(True)
+    for side, spine in axes.spines.items():
+        spine.set_visible(side in ("left", "bottom"))
+        spine.set_color(rule)
+
+
+def _text(text: str) -> str:
+    # A pair of dollar signs would be taken for a formula.
+    return text.replace("$", r"\$")

@@ -1,0 +1,1 @@
+"""Suite ``gyro-free``: two accelerometers on the axis, no gyroscope."""

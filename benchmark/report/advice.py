@@ -1,0 +1,104 @@
+"""One piece of advice per quantity, by rule from the numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from benchmark.report.matrix import NOT_OBSERVABLE, SHOWN, Cell, Matrix
+from benchmark.report.numbers import interval, number
+from benchmark.tasks.task import OK
+from benchmark.verdicts.paired import BETTER, WORSE, paired
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SIMPLE, OPTIMISING = "ekf", "mhe"
+"""The estimators of the question whether optimisation pays."""
+
+
+def advice(matrix: Matrix) -> str:
+    """Say what to take for a quantity, whether the MHE pays there, and what is next.
+
+    1. The sensors are those of the smallest median RMSE, whichever estimator has it.
+    2. With them, the MHE pays where its RMSE, run by run, is below the EKF's by more than
+       nothing with 95 % confidence. Else the EKF is to be taken.
+    3. Next are the sensors with the smallest median RMSE among the others.
+    """
+    ranked = _ranked(matrix)
+    if not ranked:
+        return f"Nothing in this run gives the {matrix.quantity}: there is nothing to advise."
+    (sensors, _, cell), *others = ranked
+    sentences = [_take(matrix, *ranked[0])]
+    if others:
+        other, its, next_cell = others[0]
+        times = f" ({number(next_cell.median / cell.median)} times)" if cell.median else ""
+        sentences.append(
+            f"Next: {other}, {number(next_cell.median)} {matrix.unit} with {its}{times}."
+        )
+    blind = [
+        name
+        for name, row in zip(matrix.sensors, matrix.cells, strict=True)
+        if any(c.state == NOT_OBSERVABLE for c in row) and not any(c.state == SHOWN for c in row)
+    ]
+    if blind:
+        sentences.append(f"Not observable with {_listed(blind)}.")
+    return " ".join(sentences)
+
+
+def _ranked(matrix: Matrix) -> list[tuple[str, str, Cell]]:
+    """Return the best estimator of every configuration that has one, the best first."""
+    found = []
+    for sensors, row in zip(matrix.sensors, matrix.cells, strict=True):
+        cells = zip(matrix.estimators, row, strict=True)
+        shown = [(name, cell) for name, cell in cells if math.isfinite(cell.median)]
+        if shown:
+            found.append((sensors, *min(shown, key=lambda entry: entry[1].median)))
+    return sorted(found, key=lambda entry: entry[2].median)
+
+
+def _take(matrix: Matrix, sensors: str, estimator: str, cell: Cell) -> str:
+    rows = matrix.rows
+    mine = rows[(rows["sensors"] == sensors) & (rows["quantity"] == matrix.quantity)]
+    table = paired(mine, SIMPLE, OPTIMISING)
+    if not len(table):
+        return (
+            f"Take {sensors} with {estimator} ({number(cell.median)} {matrix.unit}); whether the "
+            "MHE pays is open, because no run has both EKF and MHE."
+        )
+    found = table.iloc[0]
+    verdict, difference = str(found["verdict"]), float(found["difference"])
+    ends = interval(float(found["low"]), float(found["high"]))
+    pays = verdict == BETTER and bool(ends)
+    take = OPTIMISING if pays else SIMPLE
+    median = matrix.cell(sensors, take).median
+    relative = f" ({number(100 * abs(difference) / found[SIMPLE])} %)" if found[SIMPLE] else ""
+    size = f"{number(abs(difference))} {matrix.unit}{relative}"
+    way = "below" if difference < 0 else "above"
+    shown = f"95 % interval of MHE minus EKF: {ends} {matrix.unit}"
+    start = f"Take {sensors} with {take.upper()} ({number(median)} {matrix.unit}):"
+    if pays:
+        return f"{start} the MHE pays, {size} below the EKF ({shown}){_cost(mine)}."
+    if not ends:
+        return (
+            f"{start} the MHE is {size} {way} the EKF, but the seeds of this run give no "
+            "interval to tell whether it pays."
+        )
+    if verdict == WORSE:
+        return f"{start} the MHE does not pay, {size} above the EKF ({shown})."
+    return f"{start} the MHE does not pay, no difference is shown ({shown}){_cost(mine)}."
+
+
+def _cost(rows: pd.DataFrame) -> str:
+    ran = rows[rows["status"] == OK]
+    ekf, mhe = (
+        ran[ran["estimator"] == name]["step_time_median_s"].median()
+        for name in (SIMPLE, OPTIMISING)
+    )
+    if not (ekf > 0 and mhe > 0):
+        return ""
+    return f", at {number(mhe / ekf)} times the time per step"
+
+
+def _listed(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"

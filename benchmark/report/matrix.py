@@ -1,0 +1,169 @@
+"""The answer: how well each configuration of sensors does with each estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from benchmark.figures.style import NAMED
+from benchmark.registry import CONFIGURATIONS
+from benchmark.tasks.task import OK
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which rows of the results are the answer: quantities of one case of a suite."""
+
+    suite: str
+    case: str
+    quantities: tuple[str, ...]
+
+
+MATRIX = (
+    Selection("pen", "reference pen, handwriting", ("tip", "azimuth", "elevation", "rates")),
+    Selection("pen", "reference pen with spin", ("spin",)),
+)
+"""The quantities that the report begins with, in its order, each from its case."""
+
+LEVELS = (1.1, 1.5, 3.0, 10.0)
+"""Ratios to the best median: a cell's level is the number of those that it exceeds."""
+
+SHOWN, NOT_OBSERVABLE, NO_FIGURE = "shown", "not observable", "no figure"
+FAILED, NOT_RUN = "failed", "not run"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One configuration with one estimator.
+
+    Parameters
+    ----------
+    state : `SHOWN`, or the words that stand instead of a figure
+    median, low, high : of the RMSE over seeds, smallest, largest; NaN unless shown
+    seeds, of : runs that count, and all runs
+    level : 0 for figures next to the best, up to ``len(LEVELS)``
+    best : whether it has the smallest median
+    """
+
+    state: str
+    median: float = float("nan")
+    low: float = float("nan")
+    high: float = float("nan")
+    seeds: int = 0
+    of: int = 0
+    level: int = len(LEVELS)
+    best: bool = False
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """Sensors × estimators for one quantity.
+
+    Parameters
+    ----------
+    cells : of a row for each of `sensors`, with one for each of `estimators`
+    rows : the results that they come from, of all quantities of the case
+    """
+
+    suite: str
+    case: str
+    quantity: str
+    unit: str
+    sensors: tuple[str, ...]
+    estimators: tuple[str, ...]
+    cells: tuple[tuple[Cell, ...], ...]
+    rows: pd.DataFrame
+
+    def cell(self, sensors: str, estimator: str) -> Cell:
+        """Return one cell."""
+        return self.cells[self.sensors.index(sensors)][self.estimators.index(estimator)]
+
+
+def matrices(rows: pd.DataFrame, selections: Sequence[Selection] = MATRIX) -> list[Matrix]:
+    """Return the matrix of every selected quantity that the results have."""
+    found: list[Matrix] = []
+    for chosen in selections:
+        case = rows[(rows["suite"] == chosen.suite) & (rows["case"] == chosen.case)]
+        found += [
+            _matrix(case, chosen, quantity)
+            for quantity in chosen.quantities
+            if (case["quantity"] == quantity).any()
+        ]
+    return found
+
+
+def _matrix(case: pd.DataFrame, chosen: Selection, quantity: str) -> Matrix:
+    mine = case[case["quantity"] == quantity]
+    sensors = in_order(case["sensors"], CONFIGURATIONS)
+    estimators = in_order(case["estimator"], NAMED)
+    cells = {(s, e): _cell(case, mine, s, e) for s in sensors for e in estimators}
+    medians = [cell.median for cell in cells.values() if np.isfinite(cell.median)]
+    best = min(medians, default=float("nan"))
+    return Matrix(
+        chosen.suite,
+        chosen.case,
+        quantity,
+        str(mine["unit"].iloc[0]),
+        sensors,
+        estimators,
+        tuple(tuple(_graded(cells[s, e], best) for e in estimators) for s in sensors),
+        case,
+    )
+
+
+def _cell(case: pd.DataFrame, mine: pd.DataFrame, sensors: str, estimator: str) -> Cell:
+    runs = _of(case, sensors, estimator)
+    rows = _of(mine, sensors, estimator)
+    of = runs["seed"].nunique()
+    if not of:
+        return Cell(NOT_RUN)
+    if not (runs["status"] == OK).any():
+        return Cell(FAILED, of=of)
+    ran = rows[rows["status"] == OK]
+    seen = ran[ran["observable"].eq(True) & ran["rmse"].notna()]
+    if not len(seen):
+        blind = len(ran) > 0 and not ran["observable"].eq(True).any()
+        return Cell(NOT_OBSERVABLE if blind else NO_FIGURE, of=of)
+    rmse = seen["rmse"].to_numpy(dtype=float)
+    # The median of two infinite figures is one, but numpy takes their mean for no number.
+    median = float(np.median(rmse)) if np.isfinite(rmse).all() else _lower_median(rmse)
+    return Cell(SHOWN, median, float(rmse.min()), float(rmse.max()), seen["seed"].nunique(), of)
+
+
+def _lower_median(values: np.ndarray) -> float:
+    return float(np.quantile(values, 0.5, method="higher"))
+
+
+def _of(table: pd.DataFrame, sensors: str, estimator: str) -> pd.DataFrame:
+    return table[(table["sensors"] == sensors) & (table["estimator"] == estimator)]
+
+
+def _graded(cell: Cell, best: float) -> Cell:
+    if cell.state != SHOWN:
+        return cell
+    level = sum(not cell.median <= limit * best for limit in LEVELS)
+    return Cell(
+        cell.state,
+        cell.median,
+        cell.low,
+        cell.high,
+        cell.seeds,
+        cell.of,
+        level,
+        cell.median == best,
+    )
+
+
+def in_order(names: Iterable[object], first: Iterable[str]) -> tuple[str, ...]:
+    """Return each name once: those of a table in its order, then the others as they come."""
+    present = dict.fromkeys(str(name) for name in names)
+    return tuple(
+        [name for name in first if name in present]
+        + [name for name in present if name not in set(first)]
+    )

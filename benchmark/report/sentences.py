@@ -1,0 +1,57 @@
+"""Sentences that page and text share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from benchmark.report.content import Content, Part
+from benchmark.report.made_with import duration_s
+from benchmark.report.numbers import count
+from benchmark.verdicts.judge import FAILS, HOLDS, NO_DATA, UNDECIDED, Judgement
+from benchmark.verdicts.paired import BETTER, EQUAL, WORSE
+
+PAIR_SYMBOLS: Mapping[str, str] = {BETTER: "✓", WORSE: "✗", EQUAL: "="}
+
+
+def lead(content: Content) -> str:
+    """Say how much was run."""
+    tasks = sum(part.tasks for part in content.parts)
+    broken = sum(len(row.seeds) for part in content.parts for row in part.broken)
+    words = [f"{count(tasks, 'task')} of {count(len(content.parts), 'suite')}"]
+    seeds, seconds = content.run.get("seeds"), duration_s(content.run)
+    if isinstance(seeds, int):
+        words.append(count(seeds, "seed"))
+    if seconds is not None:
+        minutes, rest = divmod(round(seconds), 60)
+        words.append(f"{minutes} min {rest} s")
+    said = ", ".join(words) + "."
+    if broken:
+        said += f" {count(broken, 'task')} ended without a full result; their reasons are below."
+    return said
+
+
+def verdict_sentence(content: Content) -> str:
+    """Say how many claims hold."""
+    counts, claims = content.counts(), len(content.judgements)
+    if not claims:
+        return "This run judges no claims."
+    said = (
+        f"Of {count(claims, 'claim')}, {_verb(counts[HOLDS], 'holds', 'hold')}, "
+        f"{_verb(counts[FAILS], 'does not', 'do not')}, "
+        f"{_verb(counts[UNDECIDED], 'is', 'are')} undecided"
+    )
+    if counts[NO_DATA]:
+        said += f", and on {counts[NO_DATA]} this run has no data"
+    return (
+        f"{said}. Each was written down with its criterion before the first run; it is "
+        "undecided where the 95 % interval of its figure crosses the criterion."
+    )
+
+
+def _verb(n: int, one: str, more: str) -> str:
+    return f"{n} {one if n == 1 else more}"
+
+
+def refuted(content: Content) -> list[tuple[Part, Judgement]]:
+    """Return the claims that do not hold."""
+    return [(p, found) for p in content.parts for found in p.judgements if found.verdict == FAILS]

@@ -1,0 +1,63 @@
+"""Operations per sample, counted one way for all.
+
+An operation is an instruction of a CasADi function that is neither an input, an output nor
+a constant: a sum, a product, a root, a sine all count as one. Converting counts to g is the
+same for all and is left out. So are the plain loops around the models' functions (copies,
+inner products), and steps that a line search shortens: the models' counts are a little too
+small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+
+from estimation.kalman_stage import stage_functions
+from mhe.stage_functions import window_functions
+from models.state_space import StateSpaceModel
+
+FREE = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_PARAMETER)
+
+
+def operations(function: ca.Function) -> int:
+    """Return the operations of one call of a function of scalars (SX)."""
+    codes = (function.instruction_id(k) for k in range(function.n_instructions()))
+    return sum(code not in FREE for code in codes)
+
+
+def ekf_operations(model: StateSpaceModel) -> int:
+    """Return the operations of a step of the EKF."""
+    of = _by_name(model)
+    # Both means are brought back within a turn.
+    return of["predict"] + of["update"] + 2 * of["retract"] + of["regularity"]
+
+
+def mhe_operations(model: StateSpaceModel, horizon: int, passes: float, searches: bool) -> float:
+    """Return the operations of a step of an MHE with a full window.
+
+    Parameters
+    ----------
+    horizon : N
+    passes : over the window, in the mean
+    searches : whether every pass is tried by rolling it out, as ``mhe`` does
+    """
+    of, n = _by_name(model), horizon
+    # The oldest stage is eliminated, the newest predicted.
+    slide = (
+        of["misjudge"] + of["difference"] + of["update"] + of["predict"]
+        + 2 * of["retract"] + of["move"] + of["regularity"]
+    )  # fmt: skip
+    forward = (n + 1) * of["update"] + n * (of["predict"] + of["difference"])
+    back = (n + 1) * of["smooth"] + n * of["retreat"]
+    measured = (n + 1) * of["measure"] + n * of["shake"]
+    if searches:
+        tried = of["retract"] + n * of["move"] + measured
+        return slide + measured + passes * (forward + back + tried)
+    return slide + passes * (of["difference"] + forward + back + (n + 1) * of["retract"])
+
+
+def _by_name(model: StateSpaceModel) -> Mapping[str, int]:
+    stage = stage_functions(model)
+    functions = (*stage, *window_functions(model, *stage[:2]))
+    return {function.name(): operations(function) for function in functions}

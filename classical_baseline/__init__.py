@@ -1,0 +1,1 @@
+"""What did the papers do without a model?"""
