@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
+# Seeds of the benchmark: SEEDS=20 is the full one.
+SEEDS ?= 5
 
 .PHONY: benchmark test test-all lint format clean
 
@@ -14,7 +16,7 @@ $(STAMP): pyproject.toml constraints.txt
 	touch $@
 
 benchmark: $(STAMP)
-	$(BIN)/pen-mhe benchmark --output results
+	$(BIN)/pen-mhe benchmark --output results --seeds $(SEEDS)
 
 test: $(STAMP)
 	$(BIN)/python -m pytest -m 'not slow' -n 2 --dist worksteal

@@ -8,6 +8,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from benchmark.figures.figure import Figure
+from benchmark.figures.matplotlib_figure import matplotlib_figure
+from benchmark.figures.style import colours_of
 from benchmark.report.content import content
 from benchmark.report.report import write_report
 from benchmark.report.sentences import verdict_sentence
@@ -71,15 +74,30 @@ def run_benchmark(
     show_report(output)
 
 
-def show_report(folder: Path) -> None:
-    """Write the report of a finished run, print its matrix and its path."""
+def show_report(folder: Path, pictures: Path | None = None) -> None:
+    """Write the report of a finished run, print its matrix and its path.
+
+    Parameters
+    ----------
+    pictures : folder for every figure as a PNG file; None draws none
+    """
     results, run = read_tables(folder), read_about(folder)
     names = [name for name in run.get("suites", []) if name in set(results.rows["suite"])]
     suites = [find_suite(name) for name in names]
     found = content(results, suites, run)
     page = write_report(results, suites, run, folder)
     print_markdown("\n\n".join([*answer_blocks(found), verdict_sentence(found)]))
+    if pictures is not None:
+        _draw_pictures([figure for part in found.parts for figure in part.figures], pictures)
     console.print(f"\nreport: {page}")
+
+
+def _draw_pictures(figures: Sequence[Figure], folder: Path) -> None:
+    from pen_mhe.figures import save  # slow to import
+
+    colours = colours_of(figures)
+    for figure in figures:
+        save(matplotlib_figure(figure, colours), folder / f"{figure.key}.png")
 
 
 def _earlier_sessions(output: Path, code: str) -> list[dict[str, Any]]:

@@ -13,10 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmark.first_light import Cell
 from benchmark.ink import InkMatch
-from benchmark.metrics import NOT_OBSERVABLE
-from benchmark.registry import BENCHMARK_ESTIMATORS, CONFIGURATIONS
 from estimation.estimate import EstimateHistory
 from estimation.recording import Truth
 
@@ -91,46 +88,3 @@ def _draw_angle(axes: Axes, history: EstimateHistory, state: str, truth: Truth |
         true = np.degrees(truth.values[:, truth.names.index(state)])
         axes.plot(truth.time_s, true, **TRUTH_STYLE)
     axes.set_ylim(settled.min() - margin, settled.max() + margin)
-
-
-def benchmark_figure(cells: list[Cell]) -> Figure:
-    """Draw true and estimated elevation and tip for every configuration, both estimators.
-
-    All cells are of one seed, so of one motion. What a configuration cannot see is said,
-    not drawn.
-    """
-    truth = cells[0].truth
-    by_label: dict[str, list[Cell]] = {}
-    for configuration in CONFIGURATIONS:
-        of_it = [cell for cell in cells if cell.key.configuration == configuration]
-        of_it.sort(key=lambda cell: BENCHMARK_ESTIMATORS.index(cell.key.estimator))
-        by_label[CONFIGURATIONS[configuration].label] = of_it
-    figure, axes = plt.subplots(
-        2, len(by_label), figsize=(3.2 * len(by_label), 6), layout="constrained", sharey="row"
-    )
-    elevation, *tip = (truth.names.index(n) for n in ("elevation_rad", "tip_x_m", "tip_y_m"))
-    for (angle, path), (label, of_label) in zip(axes.T, by_label.items(), strict=True):
-        angle.set(title=label, xlabel="time / s", ylim=(40, 70))
-        path.set(xlabel="tip x / mm", xlim=(-20, 50), ylim=(-50, 20), aspect="equal")
-        angle.plot(truth.time_s, np.degrees(truth.values[:, elevation]), **TRUTH_STYLE)
-        path.plot(*(truth.values[:, tip].T * 1e3), **TRUTH_STYLE)
-        for cell in of_label:
-            _draw_if_observable(angle, path, cell)
-    axes[0, 0].set_ylabel("elevation / °")
-    axes[1, 0].set_ylabel("tip y / mm")
-    axes[0, -1].legend(loc="upper right")
-    return figure
-
-
-def _draw_if_observable(angle: Axes, path: Axes, cell: Cell) -> None:
-    history = cell.history
-    tip_mm = [history.column(name) * 1e3 for name in ("tip_x_m", "tip_y_m")]
-    elevation = [history.time_s, np.degrees(history.column("elevation_rad"))]
-    for axes, column, curve in (
-        (angle, "elevation_deg", elevation),
-        (path, "tip_mm", tip_mm),
-    ):
-        if cell.row[column] != NOT_OBSERVABLE:
-            axes.plot(*curve, label=cell.key.estimator)
-        elif not axes.texts:
-            axes.text(0.5, 0.9, NOT_OBSERVABLE, transform=axes.transAxes, ha="center")

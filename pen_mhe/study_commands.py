@@ -75,12 +75,15 @@ def benchmark(
 
 def report(
     folder: Annotated[Path, typer.Argument(help="Of a finished `pen-mhe benchmark`.")],
+    pictures: Annotated[
+        Path | None, typer.Option(help="Folder for every figure as a PNG file too.")
+    ] = None,
 ) -> None:
     """Draw the report of a run again from its files."""
     from pen_mhe import benchmark_run  # tables and figures are slow to import
 
     with one_sentence():
-        benchmark_run.show_report(folder)
+        benchmark_run.show_report(folder, pictures)
 
 
 def command_line() -> str:

@@ -31,8 +31,9 @@ def scores(motion: Motion, estimated: Estimated, sees_roll: bool = True) -> tupl
     """Return the errors of an estimate.
 
     ``rate``: of the two rates perpendicular to the axis; ``rate growth``: its RMS in the
-    second half of the run over the first's; ``roll rate``: about the axis; ``attitude``: angle between the two frames; ``path``:
-    distance; ``path end``: at the last instant, also by the length of the path.
+    second half of the run over the first's; ``roll rate``: about the axis; ``attitude``:
+    angle between the two frames; ``path``: distance; ``path end``: at the last instant, also
+    by the length of the path.
 
     Parameters
     ----------

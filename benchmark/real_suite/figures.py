@@ -114,7 +114,7 @@ def _elevation(results: Results) -> Figure:
         (NO_CAMERA, "gyro"),
     ):
         lines = []
-        for name in ("ekf", "mhe", CAMERA):
+        for name in (CAMERA, "ekf", "mhe"):
             line = results.lines(
                 name,
                 name == CAMERA,

@@ -88,12 +88,11 @@ def run_accelerometer(samples: TiltSamples) -> TiltRun:
 def run_fixed_weight(estimator: str, case: str, samples: TiltSamples) -> TiltRun:
     """Run the recursion with one of `FIXED_WEIGHT`; its time is that of the default form."""
     config = FIXED_WEIGHT[estimator](case)
-    as_default = FixedWeightConfig(config.weight)
     _, seconds = run_compiled(
-        as_default, samples.time_s, samples.acceleration_g, samples.rates
+        config.weight, samples.time_s, samples.acceleration_g, samples.rates
     )
     figures = [
-        _operations(operations(recursion_function(as_default))),
+        _operations(operations(recursion_function())),
         Quantity.single("weight", "1", config.weight),
     ]
     if estimator == "fixed-weight-searched":

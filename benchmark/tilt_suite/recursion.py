@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from benchmark.speed.bound_call import BoundCall
-from classical_baseline.fixed_weight import SMALLEST, FixedWeightConfig
+from classical_baseline.fixed_weight import SMALLEST
 from estimation.native import compiled
 from models.arrays import Array
 
@@ -20,14 +20,14 @@ BLOCK = 100
 """Samples in one timed call: its cost from Python is shared by as many."""
 
 
-def recursion_function(config: FixedWeightConfig) -> ca.Function:
+def recursion_function() -> ca.Function:
     """Return one step, (13)-(21) in the smooth form with the sign after the turn.
 
-    (R(n - 1), its rates (2,), acceleration (3,), rates (2,), T) → (R(n), rates)
+    ((R(n - 1), its rates) (5,), (acceleration, rates, T) (6,), w) → (R(n), rates) (5,)
     """
     R, before = ca.SX.sym("R", 3), ca.SX.sym("before", 2)
     acceleration, rates = ca.SX.sym("acceleration", 3), ca.SX.sym("rates", 2)
-    T = ca.SX.sym("T")
+    T, weight = ca.SX.sym("T"), ca.SX.sym("weight")
     x, y, z = R[0], R[1], R[2]
     turned = (rates + before) / 2 * T
     phi, theta = ca.atan2(x, z) - turned[1], ca.atan2(y, z) + turned[0]
@@ -35,12 +35,12 @@ def recursion_function(config: FixedWeightConfig) -> ca.Function:
     gx = ca.sin(phi) * ca.fabs(ca.cos(theta))
     gy = ca.fabs(ca.cos(phi)) * ca.sin(theta)
     gz = ca.copysign(ca.fabs(ca.cos(phi) * ca.cos(theta)), side)
-    fused = _normalised(acceleration) + config.weight * _normalised(ca.vertcat(gx, gy, gz))
+    fused = _normalised(acceleration) + weight * _normalised(ca.vertcat(gx, gy, gz))
     return ca.Function(
         "fixed_weight",
-        [ca.vertcat(R, before), ca.vertcat(acceleration, rates, T)],
+        [ca.vertcat(R, before), ca.vertcat(acceleration, rates, T), weight],
         [ca.vertcat(_normalised(fused), rates)],
-        ["state", "sample"],
+        ["state", "sample", "weight"],
         ["next"],
         {"cse": True},
     )
@@ -57,10 +57,11 @@ def _normalised(vector: ca.SX) -> ca.SX:
 
 
 def run_compiled(
-    config: FixedWeightConfig, time_s: Array, acceleration: Array, rates: Array
+    weight: float, time_s: Array, acceleration: Array, rates: Array
 ) -> tuple[Array, Array]:
     """Return R (n, 3) as `run` does, and the times per sample of blocks (m,), s."""
-    call, seconds = _recursion_block(config), []
+    call, seconds = _recursion_block(), []
+    call.arguments[2][:] = weight
     samples = np.column_stack([acceleration, rates, np.diff(time_s, prepend=time_s[0])])
     first = acceleration[0] / np.linalg.norm(acceleration[0])
     state, directions = np.concatenate([first, rates[0]]), [first[None]]
@@ -84,8 +85,8 @@ def run_raw_compiled(acceleration: Array) -> tuple[Array, Array]:
 
 
 @cache
-def _recursion_block(config: FixedWeightConfig) -> BoundCall:
-    return BoundCall(compiled(recursion_function(config).mapaccum(BLOCK)))
+def _recursion_block() -> BoundCall:
+    return BoundCall(compiled(recursion_function().mapaccum(BLOCK)))
 
 
 @cache

@@ -144,7 +144,17 @@ def made_up_run(outcome: str, error: float, mirror_error: float) -> StartRun:
     size = np.array([[100.0], [1.0], [1.0]]) * np.ones(4)
     judged = np.array([False, True, True])
     times = np.arange(3.0)
-    return StartRun(0, np.zeros(2), outcome, times, error * size, mirror_error * size, judged, 1.0, np.ones(len(times)))
+    return StartRun(
+        0,
+        np.zeros(2),
+        outcome,
+        times,
+        error * size,
+        mirror_error * size,
+        judged,
+        1.0,
+        np.ones(len(times)),
+    )
 
 
 def test_every_outcome_has_its_own_average() -> None:
