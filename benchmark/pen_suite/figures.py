@@ -57,8 +57,8 @@ def _strokes(results: Results) -> Iterator[Figure]:
             f"{stroke} on the turntable",
             f"After figure {number} of [Pen]: angles and rates of the stroke by choice of sensors, "
             "seed 0, with ±2σ as claimed. The start is known to 2 deg. With the accelerometer "
-            "alone the rates lag at corners; with both they follow in some tenths of a second. With "
-            "the gyroscope alone the angles keep the error of the start, and get new ones at "
+            "alone the rates lag at corners; with both they follow in some tenths of a second. "
+            "With the gyroscope alone the angles keep the error of the start, and get new ones at "
             "corners: its reading φ̇ cosθ changes, and the filter finds a part of that in θ.",
             panels,
             columns=3,
@@ -118,9 +118,9 @@ def _starts(results: Results) -> Figure:
     return Figure(
         "pen-starts",
         "Wrong starts on the turntable",
-        "Above: RMSE of both tilts over the last second, median over the runs that did not settle in the mirror solution, with the "
-        "smallest and the largest. Below: how many did. An inertial sensor cannot tell the mirror "
-        "from the truth, only the prior can.",
+        "Above: RMSE of both tilts over the last second, median over the runs that did not settle "
+        "in the mirror solution, with the smallest and the largest. Below: how many did. An "
+        "inertial sensor cannot tell the mirror from the truth, only the prior can.",
         panels,
         columns=3,
     )

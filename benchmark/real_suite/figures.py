@@ -16,8 +16,8 @@ CAMERA = "camera (not used)"
 ESTIMATORS = ("ekf", "mhe-rti", "mhe")
 MEASURES = (
     ("ink", "ink distance", "mm"),
-    ("left_out_position", "error against frames left out", "mm"),
-    ("left_out_orientation", "error against frames left out", "deg"),
+    ("left_out_position", "left-out position", "mm"),
+    ("left_out_orientation", "left-out orientation", "deg"),
 )
 
 
@@ -30,7 +30,7 @@ def figures(results: Results) -> Sequence[Figure]:
 def _over_rate(results: Results) -> Figure:
     by_sensors = [
         Panel(
-            f"{label}, by sensors (EKF)",
+            f"{label} by sensors",
             "camera rate / Hz",
             f"{label} / {unit}",
             _lines(results, quantity, [(sensors, sensors, "ekf") for sensors in WITH_CAMERA]),
@@ -41,7 +41,7 @@ def _over_rate(results: Results) -> Figure:
     ]
     by_estimator = [
         Panel(
-            f"{label}, by estimator (all sensors)",
+            f"{label} by estimator",
             "camera rate / Hz",
             f"{label} / {unit}",
             _lines(results, quantity, [(name, "accel+gyro+camera", name) for name in ESTIMATORS]),
@@ -53,7 +53,10 @@ def _over_rate(results: Results) -> Figure:
     return Figure(
         "real-camera-rate",
         "What a slower camera costs",
-        "Mean over the phases of the thinning, with the smallest and the largest. Zero delay.",
+        "Mean over the phases of the thinning, with the smallest and the largest. Above: by "
+        "sensors, EKF; below: by estimator, accelerometer, gyroscope and camera. Left out: RMS "
+        "error against the frames that the estimator was not given. Zero delay. A path that leaves "
+        "the paper has no ink distance.",
         [*by_sensors, *by_estimator],
         columns=3,
     )
@@ -78,7 +81,7 @@ def _lines(results: Results, quantity: str, rows: Sequence[tuple[str, str, str]]
 
 def _paths(results: Results) -> Figure:
     panels = []
-    for case in ("camera at 30 Hz", "camera at 10 Hz", "camera at 3 Hz"):
+    for case in ("camera at 30 Hz", "camera at 15 Hz", "camera at 10 Hz"):
         lines = []
         for sensors in ("camera", "accel+gyro+camera"):
             x, y = (

@@ -8,9 +8,9 @@ from benchmark.report.content import Content, Part
 from benchmark.report.made_with import duration_s
 from benchmark.report.numbers import count
 from benchmark.verdicts.judge import FAILS, HOLDS, NO_DATA, UNDECIDED, Judgement
-from benchmark.verdicts.paired import BETTER, EQUAL, WORSE
+from benchmark.verdicts.paired import BETTER, EQUAL, SAME, WORSE
 
-PAIR_SYMBOLS: Mapping[str, str] = {BETTER: "✓", WORSE: "✗", EQUAL: "="}
+PAIR_SYMBOLS: Mapping[str, str] = {BETTER: "✓", WORSE: "✗", EQUAL: "=", SAME: "="}
 
 
 def lead(content: Content) -> str:

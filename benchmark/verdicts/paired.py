@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmark.tasks.task import OK
-from benchmark.verdicts.bootstrap import Strata, interval
+from benchmark.verdicts.bootstrap import Interval, Strata, interval
 
 if TYPE_CHECKING:
     import pandas as pd
 
 BETTER, WORSE, EQUAL = "better", "worse", "no difference shown"
+SAME, SAME_FRACTION = "the same within 1 %", 0.01
+"""A difference whose whole interval is a smaller part of the error matters to nobody."""
 
 GROUP = ["suite", "sensors", "quantity", "unit"]
 
@@ -27,7 +29,7 @@ def paired(rows: pd.DataFrame, estimator: str = "ekf", other: str = "mhe") -> pd
     One row per suite, sensors and quantity: ``suite``, ``sensors``, ``quantity``, ``unit``;
     the mean RMSE of each of the two under its name; ``difference``, ``low``, ``high``: mean
     of the other's minus the first's with its 95 % bootstrap interval; ``pairs``;
-    ``verdict``: whether the other one is `BETTER`, `WORSE` or `EQUAL`
+    ``verdict``: whether the other one is `BETTER`, `WORSE`, `SAME` or `EQUAL`
     """
     import pandas as pd  # slow to import, for tables only
 
@@ -57,8 +59,15 @@ def paired(rows: pd.DataFrame, estimator: str = "ekf", other: str = "mhe") -> pd
                 "low": of.low,
                 "high": of.high,
                 "pairs": len(part),
-                "verdict": BETTER if of.high < 0 else WORSE if of.low > 0 else EQUAL,
+                "verdict": _verdict(of, float(part[estimator].mean())),
             }
         )
     columns = [*GROUP, estimator, other, "difference", "low", "high", "pairs", "verdict"]
     return pd.DataFrame(found, columns=columns)
+
+
+def _verdict(difference: Interval, error: float) -> str:
+    """Return what the interval of a difference says, beside the size of the error itself."""
+    if max(abs(difference.low), abs(difference.high)) <= SAME_FRACTION * error:
+        return SAME
+    return BETTER if difference.high < 0 else WORSE if difference.low > 0 else EQUAL
