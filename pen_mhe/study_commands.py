@@ -14,7 +14,6 @@ import typer
 from benchmark.bad_start_cases import CASES as BAD_STARTS
 from benchmark.bad_starts import ESTIMATORS as COMPARED
 from benchmark.consistency_runs import CASES
-from benchmark.runner.run import Workers
 from benchmark.suites import MODULES, find_suite
 from benchmark.tasks.suite import Scope
 from models.errors import InputError
@@ -62,7 +61,9 @@ def benchmark(
             find_suite(suite)
         if data is not None and not data.is_dir():
             raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
-        from pen_mhe import benchmark_run  # tables and figures are slow to import
+        # Tables and figures are slow to import.
+        from benchmark.runner.run import Workers
+        from pen_mhe import benchmark_run
 
         benchmark_run.run_benchmark(
             list(dict.fromkeys(chosen)),
