@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from benchmark.report.matrix import NOT_OBSERVABLE, SHOWN, Cell, Matrix
@@ -17,7 +18,15 @@ SIMPLE, OPTIMISING = "ekf", "mhe"
 """The estimators of the question whether optimisation pays."""
 
 
-def advice(matrix: Matrix) -> str:
+@dataclass(frozen=True)
+class Advice:
+    """What to take, in one sentence, and what else there is."""
+
+    take: str
+    more: str
+
+
+def advice(matrix: Matrix) -> Advice:
     """Say what to take for a quantity, whether the MHE pays there, and what is next.
 
     1. The sensors are those of the smallest median RMSE, whichever estimator has it.
@@ -27,11 +36,10 @@ def advice(matrix: Matrix) -> str:
     """
     ranked = _ranked(matrix)
     if not ranked:
-        return f"Nothing in this run gives the {matrix.quantity}: there is nothing to advise."
-    (sensors, _, cell), *others = ranked
-    sentences = [_take(matrix, *ranked[0])]
-    if others:
-        other, its, next_cell = others[0]
+        return Advice("Nothing in this run gives it: there is nothing to advise.", "")
+    cell, sentences = ranked[0][2], []
+    if len(ranked) > 1:
+        other, its, next_cell = ranked[1]
         times = f" ({number(next_cell.median / cell.median)} times)" if cell.median else ""
         sentences.append(
             f"Next: {other}, {number(next_cell.median)} {matrix.unit} with {its}{times}."
@@ -43,7 +51,7 @@ def advice(matrix: Matrix) -> str:
     ]
     if blind:
         sentences.append(f"Not observable with {_listed(blind)}.")
-    return " ".join(sentences)
+    return Advice(_take(matrix, *ranked[0]), " ".join(sentences))
 
 
 def _ranked(matrix: Matrix) -> list[tuple[str, str, Cell]]:

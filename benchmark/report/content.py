@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmark.figures.figure import Figure
 from benchmark.registry import CONFIGURATIONS
-from benchmark.report.advice import OPTIMISING, SIMPLE, advice
+from benchmark.report.advice import OPTIMISING, SIMPLE, Advice, advice
 from benchmark.report.broken import Broken, broken_off
 from benchmark.report.cost import Cost, costs
 from benchmark.report.made_with import made_with
@@ -37,7 +37,7 @@ class Answer:
     """One quantity's matrix and what follows from it."""
 
     matrix: Matrix
-    advice: str
+    advice: Advice
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,9 @@
       doubleClick: "reset",
       displaylogo: false,
       displayModeBar: coarse.matches ? true : "hover",
-      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d", "zoomIn2d", "zoomOut2d"],
+      // Nothing leaves the page: no button that uploads a figure.
+      plotlyServerURL: "",
+      modeBarButtons: [["toImage", "zoom2d", "pan2d", "resetScale2d"]],
       toImageButtonOptions: { format: "svg", filename: plot.dataset.name },
     });
     plot.style.minHeight = "";

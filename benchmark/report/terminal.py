@@ -33,7 +33,7 @@ def answer_blocks(content: Content) -> list[str]:
     for answer in content.answers:
         matrix = answer.matrix
         blocks.append(_escaped(f"### {matrix.quantity}, {matrix.unit} ({matrix.case})"))
-        blocks.append(_escaped(answer.advice))
+        blocks.append(_escaped(f"{answer.advice.take} {answer.advice.more}"))
         blocks.append(matrix_table(matrix))
     blocks.append("### What the estimators cost")
     rows = [

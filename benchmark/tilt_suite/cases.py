@@ -59,9 +59,7 @@ CASES: Mapping[str, Case] = MappingProxyType(
             weighed_by="direction",
         ),
         "swing, one axis": Case(Turn(theta=_SWING)),
-        TWO_AXES: Case(
-            Turn(Tilting(swing_deg=45.0, phase=0.25), _SWING), weighed_by="direction"
-        ),
+        TWO_AXES: Case(Turn(Tilting(swing_deg=45.0, phase=0.25), _SWING), weighed_by="direction"),
         "swing, leaning": Case(Turn(Tilting(start_deg=30.0), _SWING), weighed_by="direction"),
         "rest": Case(
             Turn(Tilting(start_deg=20.0), Tilting(start_deg=30.0)), weighed_by="direction"

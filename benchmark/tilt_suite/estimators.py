@@ -88,9 +88,7 @@ def run_accelerometer(samples: TiltSamples) -> TiltRun:
 def run_fixed_weight(estimator: str, case: str, samples: TiltSamples) -> TiltRun:
     """Run the recursion with one of `FIXED_WEIGHT`; its time is that of the default form."""
     config = FIXED_WEIGHT[estimator](case)
-    _, seconds = run_compiled(
-        config.weight, samples.time_s, samples.acceleration_g, samples.rates
-    )
+    _, seconds = run_compiled(config.weight, samples.time_s, samples.acceleration_g, samples.rates)
     figures = [
         _operations(operations(recursion_function())),
         Quantity.single("weight", "1", config.weight),

@@ -56,9 +56,7 @@ def figures(results: Results) -> Sequence[Figure]:
     for figure in drawn:
         panels = [panel for panel in figure.panels if panel.lines]
         if panels:
-            kept.append(
-                Figure(figure.key, figure.title, figure.caption, panels, figure.columns)
-            )
+            kept.append(Figure(figure.key, figure.title, figure.caption, panels, figure.columns))
     return kept
 
 
@@ -70,6 +68,7 @@ def _full_turn(results: Results) -> Figure:
     errors = [
         _error(results, FULL_TURN, name) for name in ("fixed-weight", "fixed-weight-best", "ekf")
     ]
+    held = [_error(results, FULL_TURN, "fixed-weight-printed")]
     return Figure(
         "tilt-full-turn",
         "Once around: noise, raw and filtered angle",
@@ -81,6 +80,7 @@ def _full_turn(results: Results) -> Figure:
             Panel("angle", "time (s)", "roll (deg)", _found(angles)),
             Panel("error, raw and with w = 0.25", "time (s)", "error (deg)", _found(noise)),
             Panel("error, filtered", "time (s)", "error (deg)", _found(errors)),
+            Panel("error, sign of z as printed", "time (s)", "error (deg)", _found(held)),
         ],
     )
 
@@ -107,11 +107,14 @@ def _curves(results: Results) -> Figure:
             Panel(case, "weight w", f"{_judged(case)} RMSE (deg)", lines, x_log=True, y_log=True)
         )
     low, high = INTERVAL
+    ended = results.select(quantity="search ended, upper bound", status=OK)
+    cases = ended.groupby("case")["bias"].min() == 1
     return Figure(
         "tilt-weights",
         f"The error over the weight, and where the search over [{low:g}, {high:g}] ends",
         "Mean over seeds. Points: the weights that bisection over the published interval and "
-        "the whole curve give on a recording that is not judged.",
+        "the whole curve give on a recording that is not judged. The search ended at its upper "
+        f"bound, with the error still falling, in {int(cases.sum())} of {len(cases)} cases.",
         panels,
         columns=2,
     )
@@ -121,11 +124,12 @@ def _axes(results: Results) -> Figure:
     panels = []
     for case in (ONE_AXIS, TWO_AXES):
         lines = [_series(results, case, name, "direction error") for name in SHOWN[case]]
-        panels.append(Panel(case, "time (s)", "error of the direction (deg)", _found(lines)))
+        panels.append(Panel(case, "time (s)", "error (deg)", _found(lines), y_log=True))
     return Figure(
         "tilt-axes",
         "Turning about one axis and about two",
-        "The recursion turns each projected angle by a rate of its own, which is right for one "
+        "The error of the direction of gravity. The recursion turns each projected angle by a "
+        "rate of its own, which is right for one "
         "level axis only. fixed-weight-carried has the weight that is best for one full turn.",
         panels,
     )

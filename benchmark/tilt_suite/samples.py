@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmark.tilt_suite.cases import CASES, Case, Installation
 from benchmark.tilt_suite.turns import gravity_direction
@@ -41,7 +42,7 @@ class TiltSamples:
     """
 
     time_s: Array
-    counts: Array
+    counts: NDArray[np.int64]
     acceleration_g: Array
     rates: Array
     direction: Array

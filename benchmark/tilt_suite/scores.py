@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmark.tasks.task import Quantity, Series
 from benchmark.tilt_suite.samples import TiltSamples
@@ -72,6 +73,6 @@ def _true_roll(samples: TiltSamples) -> Array:
     return np.asarray(np.arctan2(samples.direction[:, 1], samples.direction[:, 2]))
 
 
-def _ratio(errors: Array, first: Array) -> float:
+def _ratio(errors: Array, first: NDArray[np.bool_]) -> float:
     early, late = (np.sqrt(np.mean(part**2)) for part in (errors[first], errors[~first]))
     return float(early / late)

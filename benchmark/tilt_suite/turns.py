@@ -79,9 +79,7 @@ class Turn:
 
 def gravity_direction(phi: Array, theta: Array) -> Array:
     """Return R (n, 3): what a resting accelerometer reads in body axes, normalised."""
-    return np.column_stack(
-        [np.sin(phi), np.cos(phi) * np.sin(theta), np.cos(phi) * np.cos(theta)]
-    )
+    return np.column_stack([np.sin(phi), np.cos(phi) * np.sin(theta), np.cos(phi) * np.cos(theta)])
 
 
 def tilts_of(directions: Array) -> tuple[Array, Array]:
