@@ -24,7 +24,7 @@ ALONE, STACKED, SQUARE = 320, 190, 340
 TITLE, AXIS, EDGE = 30, 52, 12
 """Pixels above a panel for its title, below it for its x axis, and around a figure."""
 
-COLUMN_GAP = 0.09
+COLUMN_GAP = 0.13
 """Between columns, as a part of the width of a figure of two columns."""
 
 

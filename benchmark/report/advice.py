@@ -80,7 +80,11 @@ def _take(matrix: Matrix, sensors: str, estimator: str, cell: Cell) -> str:
     pays = verdict == BETTER and bool(ends)
     take = OPTIMISING if pays else SIMPLE
     median = matrix.cell(sensors, take).median
-    relative = f" ({number(100 * abs(difference) / found[SIMPLE])} %)" if found[SIMPLE] else ""
+    relative = (
+        f" ({number(100 * abs(difference) / found[SIMPLE])}\N{NO-BREAK SPACE}%)"
+        if found[SIMPLE]
+        else ""
+    )
     size = f"{number(abs(difference))} {matrix.unit}{relative}"
     way = "below" if difference < 0 else "above"
     shown = f"95 % interval of MHE minus EKF: {ends} {matrix.unit}"

@@ -64,7 +64,7 @@ class Drawn:
 def page(content: Content) -> str:
     """Return the HTML."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup
+    from markupsafe import Markup, escape
     from plotly.offline import get_plotlyjs
 
     environment = Environment(
@@ -79,6 +79,7 @@ def page(content: Content) -> str:
         seconds=seconds,
         count=count,
         slug=slug,
+        breakable=lambda text: escape(text).replace("+", Markup("+<wbr>")),
         capitalised=lambda text: text[:1].upper() + text[1:],
         percent=lambda part: f"{number(100 * part)} %",
     )

@@ -18,4 +18,6 @@ def execute(task: Task, scope: Scope) -> Outcome:
         try:
             return find_suite(task.suite).run(task, scope)
         except Exception as error:  # whatever it is, it is this task's row
-            return failed(f"{type(error).__name__}: {' '.join(str(error).split())}")
+            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+            # A file's name may hold what no table can.
+            return failed(reason.encode("utf-8", "replace").decode("utf-8"))

@@ -53,8 +53,12 @@ class Journal:
             raise InputError(
                 f"output {self.path.parent} is being written by another run, expected one at a time"
             ) from None
-        self._file = open(self.path, "a+b")  # closed in __exit__
-        self._index()
+        try:
+            self._file = open(self.path, "a+b")  # closed in __exit__
+            self._index()
+        except BaseException:
+            self.__exit__(None, None, None)
+            raise
         return self
 
     def __exit__(

@@ -73,8 +73,8 @@ def interval(
     figure : from indices (…, n) of values to figures (…)
     n : number of values
     """
-    whole = float(figure(np.arange(n)))
     with np.errstate(invalid="ignore", divide="ignore"):
+        whole = float(figure(np.arange(n)))
         drawn = figure(strata.resamples(name))
     if np.isnan(drawn).any():  # infinite against infinite
         return Interval(whole, float("nan"), float("nan"))

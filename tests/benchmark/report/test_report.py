@@ -151,10 +151,19 @@ def test_matrix_has_medians_and_words() -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ([-0.2, -0.21, -0.22], "with MHE (0.790 mm): the MHE pays, 0.210 mm (21.0 %) below"),
-        ([0.2, 0.21, 0.22], "with EKF (1.00 mm): the MHE does not pay, 0.210 mm (21.0 %) above"),
+        (
+            [-0.2, -0.21, -0.22],
+            "with MHE (0.790 mm): the MHE pays, 0.210 mm (21.0\N{NO-BREAK SPACE}%) below",
+        ),
+        (
+            [0.2, 0.21, 0.22],
+            "with EKF (1.00 mm): the MHE does not pay, 0.210 mm (21.0\N{NO-BREAK SPACE}%) above",
+        ),
         ([-0.2, 0.0, 0.2], "with EKF (1.00 mm): the MHE does not pay, no difference is shown"),
-        ([-0.2], "with EKF (1.00 mm): the MHE is 0.200 mm (20.0 %) below the EKF, but the seeds"),
+        (
+            [-0.2],
+            "with EKF (1.00 mm): the MHE is 0.200 mm (20.0\N{NO-BREAK SPACE}%) below the EKF, but",
+        ),
     ],
 )
 def test_advice_follows_the_numbers(change: list[float], says: str) -> None:

@@ -27,12 +27,15 @@ class Cluster:
 
 
 @contextmanager
-def cluster(folder: Path, workers: int = 2, nannies: bool = False) -> Iterator[Cluster]:
+def cluster(
+    folder: Path, workers: int = 2, nannies: bool = False, path: Path = ROOT
+) -> Iterator[Cluster]:
     """Start a scheduler and workers of one thread each.
 
     Parameters
     ----------
     nannies : start a worker again where it dies
+    path : where the workers look for packages first
     """
     file = folder / "scheduler.json"
     where = ["--scheduler-file", str(file)]
@@ -42,7 +45,7 @@ def cluster(folder: Path, workers: int = 2, nannies: bool = False) -> Iterator[C
             log = stack.enter_context(open(folder / "cluster.log", "ab"))
             process = subprocess.Popen(
                 [sys.executable, "-m", f"distributed.cli.{module}", *where, *options],
-                env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
+                env={**os.environ, "PYTHONPATH": str(path), "OMP_NUM_THREADS": "1"},
                 stdout=log,
                 stderr=log,
                 cwd=folder,

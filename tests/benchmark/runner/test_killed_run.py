@@ -1,0 +1,110 @@
+"""SIGKILL of a whole run half-way: its workers end, and the same command goes on."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from benchmark.runner.identity import ROOT
+from benchmark.runner.journal import NAME, Journal
+from benchmark.runner.tables import RESULTS, read_tables
+from benchmark.tasks.results import TIMING_COLUMNS
+from tests.benchmark.runner.workload import processes_of, tasks, times_run
+
+TASKS = 30
+WITHIN_S = 30.0
+
+
+def start(folder: Path, notes: Path, jobs: int) -> subprocess.Popen[str]:
+    notes.mkdir(exist_ok=True)
+    arguments = [str(folder), str(notes), str(jobs), str(TASKS)]
+    return subprocess.Popen(
+        [sys.executable, "-m", "tests.benchmark.runner.driver", *arguments],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def finished(folder: Path) -> list[int]:
+    """Seeds of the tasks that a journal has."""
+    with Journal(folder) as journal:
+        return [task.seed for task in tasks(TASKS) if journal.has(task, "the same for all")]
+
+
+def alive(process: int) -> bool:
+    """Whether a process runs: one that has ended but nobody has asked for is dead too."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_killed_run_goes_on_where_it_was(tmp_path: Path, jobs: int) -> None:
+    output, notes = tmp_path / "killed", tmp_path / "notes"
+    first = start(output, notes, jobs)
+    until = time.monotonic() + WITHIN_S
+    try:
+        while not (output / NAME).exists() or (output / NAME).read_bytes().count(b"\n") < 6:
+            assert time.monotonic() < until
+            assert first.poll() is None
+            time.sleep(0.01)
+    finally:
+        first.send_signal(signal.SIGKILL)
+        first.communicate()
+    assert not (output / RESULTS).exists()
+
+    workers = processes_of(notes) - {first.pid}
+    assert len(workers) == (0 if jobs == 1 else 2)
+    until = time.monotonic() + 5.0
+    while any(map(alive, workers)):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+    kept = finished(output)
+    assert 6 <= len(kept) < TASKS
+    assert {seed: times_run(notes)[seed] for seed in kept} == dict.fromkeys(kept, 1)
+
+    again = start(output, notes, jobs)
+    printed, errors = again.communicate(timeout=WITHIN_S)
+    assert (again.returncode, errors) == (0, "")
+    assert printed == f"to run: {TASKS - len(kept)}\nfinished\n"
+    assert finished(output) == list(range(TASKS))
+    # What was in the journal did not run again; what was on its way may have.
+    assert {seed: times_run(notes)[seed] for seed in kept} == dict.fromkeys(kept, 1)
+
+    whole = start(tmp_path / "whole", tmp_path / "other notes", jobs)
+    assert whole.communicate(timeout=WITHIN_S)[1] == ""
+    continued, uninterrupted = read_tables(output), read_tables(tmp_path / "whole")
+    assert len(continued.rows) == 2 * TASKS
+    pd.testing.assert_frame_equal(
+        continued.rows.drop(columns=list(TIMING_COLUMNS)),
+        uninterrupted.rows.drop(columns=list(TIMING_COLUMNS)),
+        check_exact=True,
+    )
+    assert len(continued.series) == 5
+    pd.testing.assert_frame_equal(continued.series, uninterrupted.series, check_exact=True)
+
+
+def test_no_worker_is_left_of_this_test() -> None:
+    """The check above can fail: a process that runs is alive, one that was killed is not."""
+    process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+    try:
+        assert alive(process.pid)
+        os.kill(process.pid, signal.SIGKILL)
+        until = time.monotonic() + 5.0
+        while alive(process.pid):
+            assert time.monotonic() < until
+    finally:
+        process.kill()
+        process.wait()
