@@ -71,9 +71,10 @@ def table_motions() -> Mapping[str, TableMotion]:
             found[name] = TableMotion.model_validate(row)
         except ValidationError as error:
             first = error.errors(include_url=False, include_context=False)[0]
-            key = ".".join(str(part) for part in first["loc"])
+            key = ".".join(str(part) for part in first["loc"]) or "(all keys)"
+            message = first["msg"].removeprefix("Value error, ")
             raise InputError(
-                f"models/turntables/strokes.toml: stroke {name}: key {key}: {first['msg']}"
+                f"models/turntables/strokes.toml: stroke {name}: key {key}: {message}"
             ) from None
     return MappingProxyType(found)
 

@@ -104,8 +104,8 @@ CASES: Mapping[str, Case] = MappingProxyType(
     {
         TEST_CASE: Case(classical=_ALL, sensors=tuple(CONFIGURATIONS)),
         "l 10 mm": Case(half_distance_m=0.01, sensors=_BOTH),
-        "l 20 mm": Case(half_distance_m=0.02),
-        "l 80 mm": Case(half_distance_m=0.08),
+        "l 20 mm": Case(half_distance_m=0.02, sensors=()),
+        "l 80 mm": Case(half_distance_m=0.08, sensors=()),
         "l 160 mm": Case(half_distance_m=0.16, sensors=_BOTH),
         "noise x0": Case(noise_factor=0, classical=_ALL, sensors=()),
         "noise x3": Case(noise_factor=3, classical=_ALL, sensors=()),

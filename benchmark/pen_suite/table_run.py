@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from benchmark.metrics import state_errors
 from benchmark.observe import judge
 from benchmark.registry import TURNTABLE_CONFIGURATIONS, create_estimator
-from benchmark.simulate_turntable import simulate_stroke
+from benchmark.simulate_turntable import simulate_stroke, simulate_table
 from benchmark.tasks.history import outcome, state_series
 from benchmark.tasks.task import OK, Outcome, Quantity, Task
 from benchmark.turntable_starts import StartTrial, run_start
@@ -110,10 +110,7 @@ def stroke_quantities(
     later = time_s - time_s[0] >= PARTS.skipped_s
     corner = later & near_corner(time_s, corners_s)
     straight = later & ~corner
-    angles, rates_seen = (
-        all(seen[f"{t}_rad"] for t in TILTS),
-        all(seen[f"{t}_rate_rad_s"] for t in TILTS),
-    )
+    angles, rates_seen = _both_seen(seen)
     found = [
         Quantity.of_errors(f"{tilt}{name}", unit, of[later, i], seen[f"{tilt}{state}"])
         for i, tilt in enumerate(TILTS)
@@ -145,6 +142,11 @@ def stroke_quantities(
     return found
 
 
+def _both_seen(seen: Mapping[str, bool]) -> tuple[bool, bool]:
+    """Return whether the sensors show both tilts, and both of their rates."""
+    return all(seen[f"{t}_rad"] for t in TILTS), all(seen[f"{t}_rate_rad_s"] for t in TILTS)
+
+
 def near_corner(time_s: Array, corners_s: Array) -> NDArray[np.bool_]:
     """Return which instants (n,) are within `Settling.corner_s` after a corner."""
     since = time_s[:, None] - np.asarray(corners_s)[None, :]
@@ -174,10 +176,12 @@ def run_wrong_start(task: Task) -> Outcome:
     found = run_start(trial, task.seed, estimator=_estimator(task.sensors, task.estimator))
     in_mirror = found.outcome == "mirror"
     last = DEG * found.error[found.judged]
+    settled_s = settling_time(found.time_s, found.error[:, :2])
+    angles, rates_seen = _both_seen(_verdict(task.case, task.sensors))
     quantities = [
-        Quantity.of_errors("tilts_last", "deg", last[:, :2]),
-        Quantity.of_errors("tilt_rates_last", "deg/s", last[:, 2:4]),
-        Quantity.single("settling", "s", settling_time(found.time_s, found.error[:, :2])),
+        Quantity.of_errors("tilts_last", "deg", last[:, :2], angles),
+        Quantity.of_errors("tilt_rates_last", "deg/s", last[:, 2:4], rates_seen),
+        Quantity.single("settling", "s", settled_s, angles),
     ]
     return Outcome(
         turntable_model(trial.table).name,
@@ -201,7 +205,11 @@ def _estimator(sensors: str, name: str) -> Estimator[Any]:
 
 @cache
 def _verdict(case: str, sensors: str) -> Mapping[str, bool]:
-    """Return which states a configuration shows along a stroke, whatever its seed."""
-    model = _estimator(sensors, "ekf").model
-    found: Verdict = judge(model, simulate_stroke(paper_turntable(), table_motions()[case], 0))
+    """Return which states a configuration shows along a stroke or a start, whatever its seed."""
+    model, table = _estimator(sensors, "ekf").model, paper_turntable()
+    if case in STARTS:
+        recording = simulate_table(table, StartTrial.duration_s, 0)
+    else:
+        recording = simulate_stroke(table, table_motions()[case], 0)
+    found: Verdict = judge(model, recording)
     return MappingProxyType({name: found.sees(name) for name in model.state_names})

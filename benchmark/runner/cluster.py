@@ -104,7 +104,7 @@ def _checked_threads(client: Client, scheduler: str) -> int:
         raise InputError(f"scheduler {scheduler} has no workers, expected at least one")
     try:
         identities = client.run(code_identity)
-    except ImportError as error:
+    except Exception as error:  # what a worker says that cannot find it has no type of its own
         raise InputError(
             f"scheduler {scheduler}: a worker lacks this package ({error}), "
             "expected the same installation"

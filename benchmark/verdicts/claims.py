@@ -17,7 +17,7 @@ from models.errors import InputError
 
 Chosen = str | int | bool | tuple[str, ...] | tuple[int, ...]
 Compare = Literal["ratio", "difference"]
-PAIRED_BY = ("case", "seed", "quantity")
+PAIRED_BY = ("case", "sensors", "estimator", "quantity", "seed")
 """What a row and the row that it is set against have in common, unless `against` says otherwise."""
 
 STATUS_IS = "status="
@@ -28,7 +28,7 @@ class Claim(BaseModel):
     """One claim and its criterion.
 
     The figure is the mean (or median) over cases and seeds of a column of the chosen rows,
-    or how it compares with other rows of the same case, seed and quantity. The claim holds
+    or how it compares with other rows that agree in `PAIRED_BY`. The claim holds
     where the whole interval of the figure lies within `at_least` and `at_most`.
 
     Parameters

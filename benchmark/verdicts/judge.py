@@ -106,9 +106,6 @@ def paired_values(claim: Claim, rows: pd.DataFrame) -> pd.DataFrame:
     if claim.against is not None:
         other = _values(claim, rows, {**claim.of, **claim.against}, OTHER)
         by = [column for column in PAIRED_BY if column not in claim.against]
-        if other.duplicated(by).any():
-            # Several runs to compare with (sensors, estimators): pair those that agree in them.
-            by += [c for c in ("sensors", "estimator") if c not in claim.against]
         table = table.merge(other[[*by, OTHER]], on=by, validate="many_to_one")
     return table.sort_values(columns, kind="stable").reset_index(drop=True)
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from typing import Any
 
 import pytest
 
+from benchmark.runner import processes
 from benchmark.runner.processes import AHEAD, DIED, run_here, run_in_processes
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import FAILED, OK, Outcome, Task
@@ -31,23 +33,37 @@ def test_here_is_one_after_the_other() -> None:
         assert task == ran[-1]
 
 
-def test_two_processes_share_the_tasks_and_few_are_given_out() -> None:
-    taken: list[Task] = []
+def test_two_processes_share_the_tasks_and_few_are_given_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    given = 0
 
-    def taking() -> Iterator[Task]:
-        for task in tasks(30):
-            taken.append(task)
-            yield task
+    class Counted(ProcessPoolExecutor):
+        def submit(self, *args: Any, **kwargs: Any) -> Any:
+            nonlocal given
+            given += 1
+            return super().submit(*args, **kwargs)
 
+    monkeypatch.setattr(processes, "ProcessPoolExecutor", Counted)
     found, most = [], 0
-    for task, outcome in run_in_processes(identify, taking(), 2):
-        most = max(most, len(taken) - len(found))
+    for task, outcome in run_in_processes(identify, tasks(40), 2):
+        most = max(most, given - len(found))
         found.append((task, outcome))
-    assert sorted(task for task, _ in found) == sorted(tasks(30))
+    assert sorted(task for task, _ in found) == sorted(tasks(40))
     ran_by = pids([outcome for _, outcome in found])
     assert len(ran_by) == 2
     assert os.getpid() not in ran_by
+    assert given == 40
     assert most == 2 * AHEAD
+
+
+def test_a_row_stays_with_its_process_until_another_helps() -> None:
+    """Which builds its estimator once."""
+    by_row = sorted(tasks(20))  # two cases of ten seeds each
+    found = dict(run_in_processes(identify, by_row, 2))
+    first, second = (pids([found[t] for t in by_row[i : i + AHEAD]]) for i in (0, 10))
+    assert len(first) == len(second) == 1
+    assert first != second
 
 
 def test_a_killed_process_loses_nothing() -> None:

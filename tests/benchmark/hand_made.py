@@ -1,0 +1,32 @@
+"""An estimator's history whose content is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from estimation.estimate import EstimateHistory, Status
+
+
+def history(
+    names: Sequence[str],
+    time_s: np.ndarray,
+    mean: np.ndarray,
+    std: float = 0.1,
+    failed: int = 0,
+) -> EstimateHistory:
+    """Means (n, n_x) with one deviation for all; the first steps failed; step k took k + 1 s."""
+    n, n_x = mean.shape
+    return EstimateHistory(
+        estimator="hand-made",
+        state_names=tuple(names),
+        time_s=time_s,
+        mean=mean,
+        covariance=np.tile(std**2 * np.eye(n_x), (n, 1, 1)),
+        innovation=np.zeros((n, 0)),
+        innovation_covariance=np.zeros((n, 0, 0)),
+        status=tuple(Status.SOLVER_FAILED if k < failed else Status.SOLVED for k in range(n)),
+        iterations=np.ones(n),
+        step_time_s=np.arange(1.0, n + 1),
+    )
