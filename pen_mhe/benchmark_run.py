@@ -41,7 +41,10 @@ def run_benchmark(
     tasks = chosen_tasks(suites, scope)
     if not tasks:
         raise InputError(f"suites {', '.join(suites)} have no tasks, expected some")
-    output.mkdir(parents=True, exist_ok=True)
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"output {output}: {error.strerror}, expected a folder") from None
     run = about(command, list(suites), scope.seeds)
     run["sessions"] = _earlier_sessions(output, run["code"])
     started, clock = datetime.now(UTC), time.perf_counter()
@@ -68,9 +71,10 @@ def run_benchmark(
             f"interrupted after {done} tasks, which are kept; the same command continues"
         ) from None
     finally:
-        seconds = time.perf_counter() - clock
-        run["sessions"].append(session(started, seconds, str(workers), done, finished))
-        write_about(run, output)
+        if done or finished:  # else the folder is what it was: perhaps another run's
+            seconds = time.perf_counter() - clock
+            run["sessions"].append(session(started, seconds, str(workers), done, finished))
+            write_about(run, output)
     show_report(output)
 
 

@@ -14,12 +14,15 @@ from benchmark.figures.style import LINE_WIDTH, PAGE, POINT_SIZE, Colour, Theme,
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure as Drawing
 
 ALONE, STACKED, SQUARE = 3.2, 2.0, 3.6
 """Height in inches of a panel in a single row, of one of several rows, of a path on paper."""
 
 WIDTH = 8.0
+SHORT_AXIS = 100.0
+"""Ratio of the ends of a logarithmic axis below which decades are too few to number it by."""
 
 
 def matplotlib_figure(
@@ -98,7 +101,10 @@ def _dress(axes: Axes, panel: Panel, shows_x: bool, theme: Theme) -> None:
     axes.set_facecolor(PAGE["paper"].on(theme))
     axes.set_title(_text(panel.title), loc="left", fontsize=9, color=muted)
     axes.set_ylabel(_text(panel.y_label), color=ink, fontsize=9)
-    axes.tick_params(colors=muted, labelsize=8, labelbottom=shows_x)
+    axes.tick_params(which="both", colors=muted, labelsize=8, labelbottom=shows_x)
+    for axis, is_log in ((axes.xaxis, panel.x_log), (axes.yaxis, panel.y_log)):
+        if is_log:
+            _number_decades(axis)
     if shows_x:
         axes.set_xlabel(_text(panel.x_label), color=ink, fontsize=9)
     if panel.x_log:
@@ -112,6 +118,17 @@ def _dress(axes: Axes, panel: Panel, shows_x: bool, theme: Theme) -> None:
     for side, spine in axes.spines.items():
         spine.set_visible(side in ("left", "bottom"))
         spine.set_color(rule)
+
+
+def _number_decades(axis: Axis) -> None:
+    """Write plain numbers on a logarithmic axis: at 1, 2, 5 where it is short, else at decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # slow to import
+
+    low, high = sorted(axis.get_view_interval())
+    is_short = low > 0 and high / low < SHORT_AXIS
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if is_short else (1.0,)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _text(text: str) -> str:

@@ -9,13 +9,17 @@ from typing import TYPE_CHECKING
 from benchmark.report.matrix import NOT_OBSERVABLE, SHOWN, Cell, Matrix
 from benchmark.report.numbers import interval, number
 from benchmark.tasks.task import OK
-from benchmark.verdicts.paired import BETTER, WORSE, paired
+from benchmark.verdicts.paired import BETTER, SAME, WORSE, paired
 
 if TYPE_CHECKING:
     import pandas as pd
 
-SIMPLE, OPTIMISING = "ekf", "mhe"
-"""The estimators of the question whether optimisation pays."""
+SIMPLE, OPTIMISING = "ekf", ("mhe-rti", "mhe")
+"""The estimators of the question whether optimising pays, cheap ones first."""
+
+CONVERGED = OPTIMISING[-1]
+ENOUGH = 1.05
+"""A cheaper estimator is taken where its median is at most so many times the best one's."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +34,9 @@ def advice(matrix: Matrix) -> Advice:
     """Say what to take for a quantity, whether the MHE pays there, and what is next.
 
     1. The sensors are those of the smallest median RMSE, whichever estimator has it.
-    2. With them, the MHE pays where its RMSE, run by run, is below the EKF's by more than
-       nothing with 95 % confidence. Else the EKF is to be taken.
+    2. With them, an MHE pays where its RMSE, run by run, is below the EKF's with 95 %
+       confidence, and by more than one percent. Else the EKF is to be taken. Which MHE: the
+       cheapest whose median is about as good as the best one's.
     3. Next are the sensors with the smallest median RMSE among the others.
     """
     ranked = _ranked(matrix)
@@ -68,18 +73,18 @@ def _ranked(matrix: Matrix) -> list[tuple[str, str, Cell]]:
 def _take(matrix: Matrix, sensors: str, estimator: str, cell: Cell) -> str:
     rows = matrix.rows
     mine = rows[(rows["sensors"] == sensors) & (rows["quantity"] == matrix.quantity)]
-    table = paired(mine, SIMPLE, OPTIMISING)
+    other = _cheapest_good(matrix, sensors)
+    table = paired(mine, SIMPLE, other)
     if not len(table):
         return (
-            f"Take {sensors} with {estimator} ({number(cell.median)} {matrix.unit}); whether the "
+            f"Take {sensors} with {estimator} ({number(cell.median)} {matrix.unit}); whether an "
             "MHE pays is open, because no run has both EKF and MHE."
         )
     found = table.iloc[0]
     verdict, difference = str(found["verdict"]), float(found["difference"])
     ends = interval(float(found["low"]), float(found["high"]))
     pays = verdict == BETTER and bool(ends)
-    take = OPTIMISING if pays else SIMPLE
-    median = matrix.cell(sensors, take).median
+    take = other if pays else SIMPLE
     relative = (
         f" ({number(100 * abs(difference) / found[SIMPLE])}\N{NO-BREAK SPACE}%)"
         if found[SIMPLE]
@@ -87,25 +92,44 @@ def _take(matrix: Matrix, sensors: str, estimator: str, cell: Cell) -> str:
     )
     size = f"{number(abs(difference))} {matrix.unit}{relative}"
     way = "below" if difference < 0 else "above"
-    shown = f"95 % interval of MHE minus EKF: {ends} {matrix.unit}"
-    start = f"Take {sensors} with {take.upper()} ({number(median)} {matrix.unit}):"
+    shown = f"95 % interval of {other} minus EKF: {ends} {matrix.unit}"
+    median = number(matrix.cell(sensors, take).median)
+    start = f"Take {sensors} with {take} ({median} {matrix.unit}):"
     if pays:
-        return f"{start} the MHE pays, {size} below the EKF ({shown}){_cost(mine)}."
+        return f"{start} optimising pays, {size} below the EKF ({shown}){_cost(mine, other)}."
     if not ends:
         return (
-            f"{start} the MHE is {size} {way} the EKF, but the seeds of this run give no "
+            f"{start} {other} is {size} {way} the EKF, but the seeds of this run give no "
             "interval to tell whether it pays."
         )
+    if verdict == SAME:
+        return f"{start} {other} gives {verdict}{_cost(mine, other)}."
     if verdict == WORSE:
-        return f"{start} the MHE does not pay, {size} above the EKF ({shown})."
-    return f"{start} the MHE does not pay, no difference is shown ({shown}){_cost(mine)}."
+        return f"{start} optimising does not pay, {size} above the EKF ({shown})."
+    worst = ", ".join(
+        f"{number(matrix.cell(sensors, name).high)} with {name}" for name in (SIMPLE, other)
+    )
+    return (
+        f"{start} no difference to {other} is shown ({shown}){_cost(mine, other)}; "
+        f"the worst seed: {worst}."
+    )
 
 
-def _cost(rows: pd.DataFrame) -> str:
+def _cheapest_good(matrix: Matrix, sensors: str) -> str:
+    """Return the first of `OPTIMISING` that is about as good as the best of them; empty if none."""
+    medians = {
+        name: matrix.cell(sensors, name).median for name in OPTIMISING if name in matrix.estimators
+    }
+    finite = {name: median for name, median in medians.items() if math.isfinite(median)}
+    return next(
+        (name for name, median in finite.items() if median <= ENOUGH * min(finite.values())), ""
+    )
+
+
+def _cost(rows: pd.DataFrame, other: str) -> str:
     ran = rows[rows["status"] == OK]
     ekf, mhe = (
-        ran[ran["estimator"] == name]["step_time_median_s"].median()
-        for name in (SIMPLE, OPTIMISING)
+        ran[ran["estimator"] == name]["step_time_median_s"].median() for name in (SIMPLE, other)
     )
     if not (ekf > 0 and mhe > 0):
         return ""

@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmark.figures.figure import Figure
 from benchmark.registry import CONFIGURATIONS
-from benchmark.report.advice import OPTIMISING, SIMPLE, Advice, advice
+from benchmark.report.advice import CONVERGED, SIMPLE, Advice, advice
 from benchmark.report.broken import Broken, broken_off
 from benchmark.report.cost import Cost, costs
 from benchmark.report.made_with import made_with
@@ -158,8 +158,13 @@ def _part(suite: Suite, results: Results, run: Mapping[str, Any]) -> Part:
     )
 
 
+NO_UNIT = "1"
+"""Of ratios and of what is counted: operations are no error."""
+
+
 def _comparisons(rows: pd.DataFrame) -> list[Comparison]:
-    found = [_comparison(row) for row in paired(rows, SIMPLE, OPTIMISING).to_dict("records")]
+    errors = rows[rows["unit"] != NO_UNIT]
+    found = [_comparison(row) for row in paired(errors, SIMPLE, CONVERGED).to_dict("records")]
     order = in_order((row.sensors for row in found), CONFIGURATIONS)
     return sorted(found, key=lambda row: order.index(row.sensors))
 
@@ -170,7 +175,7 @@ def _comparison(row: Mapping[Hashable, Any]) -> Comparison:
         str(row["quantity"]),
         str(row["unit"]),
         float(row[SIMPLE]),
-        float(row[OPTIMISING]),
+        float(row[CONVERGED]),
         float(row["difference"]),
         float(row["low"]),
         float(row["high"]),

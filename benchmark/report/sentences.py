@@ -43,8 +43,9 @@ def verdict_sentence(content: Content) -> str:
     if counts[NO_DATA]:
         said += f", and on {counts[NO_DATA]} this run has no data"
     return (
-        f"{said}. Each was written down with its criterion before the first run; it is "
-        "undecided where the 95 % interval of its figure crosses the criterion."
+        f"{said}. Each was written down with its criterion before the first run, but for those "
+        "whose source says that it was after it; it is undecided where the 95 % interval of its "
+        "figure crosses the criterion."
     )
 
 

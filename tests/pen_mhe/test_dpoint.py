@@ -7,14 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from benchmark.camera import CameraThinning
 from benchmark.dpoint import CAMERA_FILE, STYLUS_FILE, read_dpoint
+from benchmark.real_suite.dpoint_run import RATES
+from benchmark.real_suite.suite import SUITE as REAL
 from benchmark.registry import EstimatorSettings, find_pen
+from benchmark.tasks.suite import Scope
 from mhe.config import MheConfig
 from models.errors import InputError
-from pen_mhe.cli import app
 from pen_mhe.estimate_run import EstimateRun, estimate_recording
 from pen_mhe.load import load_recording
 
@@ -76,48 +77,22 @@ def test_mhe_on_ten_seconds(dpoint_folder: Path, rate_hz: float) -> None:
 
 
 @pytest.mark.slow
-def test_the_full_table(dpoint_folder: Path, tmp_path: Path) -> None:
-    result = CliRunner().invoke(
-        app, ["dpoint-table", str(dpoint_folder), "--output", str(tmp_path), "--jobs", "2"]
-    )
-    assert result.exit_code == 0, result.output
-    cells = {
-        path.stem.rsplit("-", 1)[0]: json.loads(path.read_text()) for path in tmp_path.iterdir()
+def test_mhe_over_all_phases(dpoint_folder: Path) -> None:
+    """As the suite runs it: nowhere further from the ink than the EKF, and solved."""
+    scope = Scope(seeds=10, data=str(dpoint_folder.parent))
+    ink: dict[tuple[str, str], list[float]] = {}
+    for task in REAL.tasks(scope):
+        if task.sensors == "accel+gyro+camera" and task.estimator in ("ekf", "mhe"):
+            outcome = REAL.run(task, scope)
+            assert outcome.solved_fraction >= 0.99, task.key
+            (found,) = [q.bias for q in outcome.quantities if q.name == "ink"]
+            ink.setdefault((task.case, task.estimator), []).append(found)
+    assert {case: len(ink[case, "mhe"]) for case in RATES} == {
+        case: 30 // rate for case, rate in RATES.items()
     }
-    for rate_hz, phases in ((30, 1), (10, 3), (3, 10)):
-        mean = {
-            name: np.mean(
-                [cells[f"{name}-{rate_hz}Hz-{phase}"]["ink_mm"] for phase in range(phases)]
-            )
-            for name in ("ekf", "mhe")
-        }
-        assert mean["mhe"] <= mean["ekf"] + MHE_MARGIN_MM
-        for phase in range(phases):
-            assert cells[f"mhe-{rate_hz}Hz-{phase}"]["solved"] >= 0.99
-
-
-def test_an_interrupted_table_resumes(
-    dpoint_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    arguments = ["dpoint-table", str(dpoint_folder), "--output", str(tmp_path), "--jobs", "1"]
-    arguments += ["--estimators", "ekf", "--rates", "30", "--duration", "6"]
-    first = CliRunner().invoke(app, arguments)
-    assert first.exit_code == 0, first.output
-    written = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
-    assert len(written) == 1
-    again = CliRunner().invoke(app, arguments)
-    assert again.output == first.output
-    assert {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()} == written
-
-
-def test_an_unknown_estimator_stops_the_table_before_it_starts(
-    dpoint_folder: Path, tmp_path: Path
-) -> None:
-    arguments = ["dpoint-table", str(dpoint_folder), "--output", str(tmp_path / "cells")]
-    result = CliRunner().invoke(app, [*arguments, "--estimators", "ekf, nope"])
-    assert result.exit_code == 2
-    assert "estimator nope is unknown, expected one of ekf" in result.stderr
-    assert not (tmp_path / "cells").exists()
+    for case in RATES:
+        assert np.mean(ink[case, "mhe"]) <= np.mean(ink[case, "ekf"]) + MHE_MARGIN_MM, case
+    assert ink["camera at 30 Hz", "ekf"][0] <= EKF_LIMIT_MM
 
 
 def test_a_broken_scan_is_refused_before_the_run(dpoint_folder: Path, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from benchmark.speed.problems import find_problem
 from benchmark.speed.suite import StreamPlan
-from pen_mhe import benchmark_run, speed_run
+from pen_mhe import speed_run
 from pen_mhe.cli import app
 from pen_mhe.speed_figures import in_unit
 from pen_mhe.speed_run import run_speed
@@ -55,24 +55,6 @@ def test_the_suite_writes_rows_problems_and_figures(
     promise = "one pass, N = 20, compiled call: at least 200 times faster than ipopt"
     assert f"| {promise} |  | ≥ 200 | no figure |" in verdicts
     assert f"problems and figures in {output}" in verdicts
-
-
-def test_stroke_is_what_runs_without_a_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    calls: list[tuple[Path, int, int]] = []
-    monkeypatch.setattr(benchmark_run, "run_benchmark", lambda *given: calls.append(given))
-    assert call("benchmark").exit_code == 0
-    assert call("benchmark", "stroke", "--output", str(tmp_path), "--seeds", "3").exit_code == 0
-    assert calls == [(Path("results"), 5, 2), (tmp_path, 3, 2)]
-
-
-def test_an_unknown_suite_gets_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(benchmark_run, "run_benchmark", lambda *_: pytest.fail("it began"))
-    result = call("benchmark", "stroke", "sped")
-    assert result.exit_code == 2
-    message = "pen-mhe: suite sped is unknown, expected one of stroke, speed"
-    assert result.stderr.strip() == message
 
 
 def test_threads_are_refused_by_a_process_without(

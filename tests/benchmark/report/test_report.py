@@ -153,16 +153,16 @@ def test_matrix_has_medians_and_words() -> None:
     [
         (
             [-0.2, -0.21, -0.22],
-            "with MHE (0.790 mm): the MHE pays, 0.210 mm (21.0\N{NO-BREAK SPACE}%) below",
+            "with mhe (0.790 mm): optimising pays, 0.210 mm (21.0\N{NO-BREAK SPACE}%) below",
         ),
         (
             [0.2, 0.21, 0.22],
-            "with EKF (1.00 mm): the MHE does not pay, 0.210 mm (21.0\N{NO-BREAK SPACE}%) above",
+            "with ekf (1.00 mm): optimising does not pay, 0.210 mm (21.0\N{NO-BREAK SPACE}%) above",
         ),
-        ([-0.2, 0.0, 0.2], "with EKF (1.00 mm): the MHE does not pay, no difference is shown"),
+        ([-0.2, 0.0, 0.2], "with ekf (1.00 mm): no difference to mhe is shown"),
         (
             [-0.2],
-            "with EKF (1.00 mm): the MHE is 0.200 mm (20.0\N{NO-BREAK SPACE}%) below the EKF, but",
+            "with ekf (1.00 mm): mhe is 0.200 mm (20.0\N{NO-BREAK SPACE}%) below the EKF, but",
         ),
     ],
 )
