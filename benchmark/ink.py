@@ -17,7 +17,10 @@ INCH_MM = 25.4
 OUTLIER_FACTOR = 2.0
 RESAMPLING_MM = 0.5
 TRIMMED_SAMPLES = 70
-ALIGNMENT_ROUNDS = 8
+ALIGNMENT_ROUNDS, MOST_ROUNDS = 8, 100
+"""Of nearest neighbour and mean: to compare starts; of the best one, until it settles."""
+
+SETTLED_MM = 1e-6
 STARTING_GRID_MM = 4.0
 STARTING_POINTS = 300
 OFF_PAPER = 3.0
@@ -122,7 +125,9 @@ def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
     starts = _starting_shifts(path_mm, ink_mm)
     shifts = [_settled_shift(thinned, coarse, start) for start in starts]
     best = min(shifts, key=lambda shift: _mean_distance(thinned + shift, coarse))
-    shifted = path_mm + _settled_shift(path_mm, lambda at: ink_mm[tree.query(at)[1]], best)
+    shifted = path_mm + _settled_shift(
+        path_mm, lambda at: ink_mm[tree.query(at)[1]], best, MOST_ROUNDS
+    )
     distance, _ = tree.query(shifted)
     return InkMatch(float(np.mean(distance)), shifted, ink_mm)
 
@@ -155,10 +160,18 @@ def _starting_shifts(path_mm: Array, ink_mm: Array) -> list[Array]:
     return [np.median(ink_mm, axis=0) - np.median(path_mm, axis=0), *grid]
 
 
-def _settled_shift(path_mm: Array, nearest: Callable[[Array], Array], start: Array) -> Array:
+def _settled_shift(
+    path_mm: Array,
+    nearest: Callable[[Array], Array],
+    start: Array,
+    rounds: int = ALIGNMENT_ROUNDS,
+) -> Array:
     shift = start
-    for _ in range(ALIGNMENT_ROUNDS):
-        shift = shift + (nearest(path_mm + shift) - path_mm - shift).mean(axis=0)
+    for _ in range(rounds):
+        step = (nearest(path_mm + shift) - path_mm - shift).mean(axis=0)
+        shift = shift + step
+        if np.abs(step).max() < SETTLED_MM:
+            break
     return np.asarray(shift)
 
 

@@ -12,7 +12,7 @@ from benchmark.figures.figure import Figure
 from benchmark.figures.matplotlib_figure import matplotlib_figure
 from benchmark.figures.style import colours_of
 from benchmark.report.content import content
-from benchmark.report.report import write_report
+from benchmark.report.report import write_content
 from benchmark.report.sentences import verdict_sentence
 from benchmark.report.terminal import answer_blocks
 from benchmark.runner.about import about, read_about, session, write_about
@@ -89,7 +89,7 @@ def show_report(folder: Path, pictures: Path | None = None) -> None:
     names = [name for name in run.get("suites", []) if name in set(results.rows["suite"])]
     suites = [find_suite(name) for name in names]
     found = content(results, suites, run)
-    page = write_report(results, suites, run, folder)
+    page = write_content(found, folder)
     print_markdown("\n\n".join([*answer_blocks(found), verdict_sentence(found)]))
     if pictures is not None:
         _draw_pictures([figure for part in found.parts for figure in part.figures], pictures)

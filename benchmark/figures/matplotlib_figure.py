@@ -102,15 +102,15 @@ def _dress(axes: Axes, panel: Panel, shows_x: bool, theme: Theme) -> None:
     axes.set_title(_text(panel.title), loc="left", fontsize=9, color=muted)
     axes.set_ylabel(_text(panel.y_label), color=ink, fontsize=9)
     axes.tick_params(which="both", colors=muted, labelsize=8, labelbottom=shows_x)
-    for axis, is_log in ((axes.xaxis, panel.x_log), (axes.yaxis, panel.y_log)):
-        if is_log:
-            _number_decades(axis)
     if shows_x:
         axes.set_xlabel(_text(panel.x_label), color=ink, fontsize=9)
     if panel.x_log:
         axes.set_xscale("log")
     if panel.y_log:
         axes.set_yscale("log")
+    for axis, is_log in ((axes.xaxis, panel.x_log), (axes.yaxis, panel.y_log)):
+        if is_log:
+            _number_decades(axis)
     if panel.equal:
         axes.set_aspect("equal", adjustable="datalim")
     axes.grid(color=PAGE["grid"].on(theme), linewidth=0.7)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmark.report.content import content
+from benchmark.report.content import Content, content
 from benchmark.report.page import page
 from benchmark.report.terminal import terminal
 from benchmark.tasks.results import Results
@@ -32,7 +32,11 @@ def write_report(
     InputError
         If a suite's claims cannot be read.
     """
-    found = content(results, suites, run)
+    return write_content(content(results, suites, run), folder)
+
+
+def write_content(found: Content, folder: Path) -> Path:
+    """Write ``report.html`` and ``report.md`` of what was gathered; return the former's path."""
     (folder / TEXT).write_text(terminal(found), "utf-8")
     written = folder / PAGE
     written.write_text(page(found), "utf-8")

@@ -11,6 +11,7 @@ from pathlib import Path
 from benchmark.suites import find_suite
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Task
+from models.errors import InputError
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 ROOMS = ("models", "estimation", "ekf_baseline", "classical_baseline", "mhe", "benchmark")
@@ -57,4 +58,7 @@ def task_identity(task: Task, scope: Scope) -> str:
     recordings = find_suite(task.suite).reads(task)
     if not recordings or scope.data is None:
         return code_identity()
-    return f"{code_identity()}-{folder_identity(Path(scope.data) / recordings)}"
+    try:
+        return f"{code_identity()}-{folder_identity(Path(scope.data) / recordings)}"
+    except OSError as error:
+        raise InputError(f"data folder {scope.data}: {error}, expected readable files") from None

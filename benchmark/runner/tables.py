@@ -20,9 +20,9 @@ from models.errors import InputError
 RESULTS, SERIES = "results.parquet", "series.parquet"
 TASKS_AT_A_TIME = 500
 
+_WORDS = ("suite", "case", "model", "sensors", "estimator", "quantity", "unit", "status", "reason")
 _TYPES: dict[str, pa.DataType] = {
-    **dict.fromkeys(("suite", "case", "model", "sensors", "estimator"), pa.string()),
-    **dict.fromkeys(("quantity", "unit", "status", "reason"), pa.string()),
+    **dict.fromkeys(_WORDS, pa.string()),
     **dict.fromkeys(("seed", "samples"), pa.int64()),
     "observable": pa.bool_(),
 }
@@ -114,5 +114,6 @@ def read_tables(folder: Path) -> Results:
         lacking = [column for column in columns if column not in table]
         if lacking:
             raise InputError(f"{path} has no column {lacking[0]}, expected {', '.join(columns)}")
-        tables.append(table)
+        # Few words many times: to choose rows by is ten times as fast so.
+        tables.append(table.astype(dict.fromkeys(set(_WORDS) & set(columns), "category")))
     return Results(*tables)

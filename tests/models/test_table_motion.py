@@ -126,7 +126,11 @@ def test_there_are_eight_principles_and_two_compounds() -> None:
 @pytest.mark.parametrize(
     ("start_deg", "legs", "says"),
     [
-        ([1, 20], [[1.0, -1, 0]], "tilt_phi may reach -5.1 to 1.0 deg, expected it within 0 to 355"),
+        (
+            [1, 20],
+            [[1.0, -1, 0]],
+            "tilt_phi may reach -5.1 to 1.0 deg, expected it within 0 to 355",
+        ),
         ([354, 20], [[1.0, 1, 0]], "tilt_phi may reach 354.0 to 360.1 deg"),
         ([20, 50], [[3.0, 0, 1]], "tilt_theta may reach 50.0 to 62.3 deg, expected it within -10"),
         ([20, 0], [[3.0, 0, -1]], "tilt_theta may reach -12.3 to 0.0 deg"),

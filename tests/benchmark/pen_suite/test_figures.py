@@ -52,8 +52,9 @@ def results() -> Results:
             task = Task("pen", "start 60 deg", "accel", estimator, seed)
             found[task] = outcome(level * rmse, "tilts_last", status=status)
         for quantity in ("tilt_phi", "tilt_theta", "tilt_phi_rate", "tilt_theta_rate"):
-            for case in SHOWN:
-                lines.append(series(Task("pen", case, "gyro", estimator, 0), quantity, level))
+            lines += [
+                series(Task("pen", case, "gyro", estimator, 0), quantity, level) for case in SHOWN
+            ]
         for quantity in ("tip_x", "tip_y", "elevation"):
             task = Task("pen", REFERENCE, "camera", estimator, 0)
             lines.append(series(task, quantity, level))
@@ -95,8 +96,10 @@ def test_a_stroke_over_time_has_truth_and_bands(results: Results) -> None:
 
 def test_mirror_solutions_are_counted_and_not_averaged(results: Results) -> None:
     panels = drawn(results)["pen-starts"].panels
-    errors, mirrors = ([p for p in panels if p.title == f"accelerometer: {what}"][0]
-                       for what in ("runs at the truth", "mirror solutions"))  # fmt: skip
+    by_title = {panel.title: panel for panel in panels}
+    errors, mirrors = (
+        by_title[f"accelerometer: {what}"] for what in ("runs at the truth", "mirror solutions")
+    )
     ekf, mhe = errors.lines
     assert (list(ekf.x), list(ekf.y)) == ([60.0], [3.0])
     assert (ekf.low, ekf.high) == (np.array([1.0]), np.array([5.0]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -65,7 +66,7 @@ def test_tasks_are_all_cases_sensors_and_estimators_once() -> None:
 def test_a_row_of_seeds_stands_together() -> None:
     """So that its estimator is built once."""
     rows = [(t.case, t.sensors, t.estimator) for t in SUITE.tasks(Scope(seeds=3))]
-    assert sum(a != b for a, b in zip(rows, rows[1:], strict=False)) + 1 == len(set(rows))
+    assert sum(a != b for a, b in pairwise(rows)) + 1 == len(set(rows))
 
 
 def test_every_claim_judges_something() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -39,9 +40,7 @@ def by_name(quantities: list[Quantity] | tuple[Quantity, ...]) -> Mapping[str, Q
 
 def errors_and_rates(seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
-    return rng.normal(0, 0.02, (len(TIME_S), 4)) + [0.01, 0, 0, 0], rng.normal(
-        0, 0.1, (len(TIME_S), 2)
-    )
+    return rng.normal([0.01, 0, 0, 0], 0.02, (len(TIME_S), 4)), rng.normal(0, 0.1, (len(TIME_S), 2))
 
 
 def rms(values: list[float]) -> float:
@@ -67,9 +66,7 @@ def test_quantities_by_loops() -> None:
             assert quantity.unit == unit
             assert quantity.rmse == pytest.approx(rms(lengths))
             assert quantity.max_error == pytest.approx(max(lengths))
-    for column, name in enumerate(
-        ("tilt_phi", "tilt_theta", "tilt_phi_rate", "tilt_theta_rate")
-    ):
+    for column, name in enumerate(("tilt_phi", "tilt_theta", "tilt_phi_rate", "tilt_theta_rate")):
         single = [DEG * errors[k, column] for k in parts[""]]
         assert found[name].rmse == pytest.approx(rms(single))
         assert found[name].bias == pytest.approx(sum(single) / len(single))
@@ -77,7 +74,7 @@ def test_quantities_by_loops() -> None:
     of_motion = [math.hypot(*rates[k]) for k in parts[""]]
     relative = rms(of_rates) / rms(of_motion)
     assert found["tilt_rates_relative"].bias == pytest.approx(relative)
-    steps = [math.dist(a[:2], b[:2]) * DEG for a, b in zip(errors, errors[1:], strict=False)]
+    steps = [math.dist(a[:2], b[:2]) * DEG for a, b in pairwise(errors)]
     assert found["jitter"].rmse == pytest.approx(rms(steps))
 
 

@@ -45,8 +45,10 @@ def recorded(elevation: np.ndarray, time_s: np.ndarray, seed: int = 0) -> Record
     for row, angle in zip(poses, elevation, strict=True):
         # z of the body along the pen: from upright, tipped over, then turned about both axes.
         tipped = Rotation.from_euler("y", math.pi / 2 - angle)
-        body = Rotation.from_euler("z", rng.uniform(-3, 3)) * tipped * Rotation.from_euler(
-            "z", rng.uniform(-3, 3)
+        body = (
+            Rotation.from_euler("z", rng.uniform(-3, 3))
+            * tipped
+            * Rotation.from_euler("z", rng.uniform(-3, 3))
         )
         target = body * Rotation.from_matrix(np.array(PEN.sensors["camera"].sensor_to_body))
         row[3:] = target.as_rotvec()
@@ -78,9 +80,7 @@ def test_spread_leaves_out_level_and_begin() -> None:
     off = math.radians(3) + math.radians(0.5) * np.sign(np.sin(7 * time_s))
     off[time_s < SETTLING_S] = 1.0
     estimated = history(["elevation_rad"], time_s, (elevation + off)[:, None])
-    found = {
-        q.name: q for q in elevation_quantities(PEN, estimated, recorded(elevation, time_s))
-    }
+    found = {q.name: q for q in elevation_quantities(PEN, estimated, recorded(elevation, time_s))}
     errors = np.degrees(off[time_s >= SETTLING_S])
     assert found["elevation"].bias == pytest.approx(errors.mean())
     assert found["elevation"].rmse == pytest.approx(np.sqrt(np.mean(errors**2)))
@@ -120,7 +120,9 @@ def first_seconds(dpoint_folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 @pytest.mark.parametrize("case", [*RATES])
-def test_the_camera_is_thinned_and_judged_by_what_is_left_out(first_seconds: str, case: str) -> None:
+def test_the_camera_is_thinned_and_judged_by_what_is_left_out(
+    first_seconds: str, case: str
+) -> None:
     outcome = run_dpoint(Task("real", case, "accel+gyro+camera", "ekf", 0), first_seconds)
     found = {quantity.name: quantity for quantity in outcome.quantities}
     assert 0 < found["ink"].bias < 0.6

@@ -71,9 +71,7 @@ def test_types_are_the_same_whatever_the_rows_say(tmp_path: Path) -> None:
     for name, outcomes in (("some", OUTCOMES), ("none", {})):
         (tmp_path / name).mkdir()
         write_tables(outcomes, outcomes.__getitem__, tmp_path / name)
-        schemas.append(
-            tuple(pq.read_schema(tmp_path / name / file) for file in (RESULTS, SERIES))
-        )
+        schemas.append(tuple(pq.read_schema(tmp_path / name / file) for file in (RESULTS, SERIES)))
         assert not list((tmp_path / name).glob("*.part"))
     assert schemas[0] == schemas[1]
     of = {field.name: field.type for schema in schemas[0] for field in schema}

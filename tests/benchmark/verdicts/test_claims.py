@@ -48,9 +48,7 @@ def test_a_claim_as_written(tmp_path: Path) -> None:
         ("of =", "\nsays =", "Cannot overwrite a value (at line"),
     ],
 )
-def test_a_wrong_file_gets_one_sentence(
-    tmp_path: Path, old: str, new: str, sentence: str
-) -> None:
+def test_a_wrong_file_gets_one_sentence(tmp_path: Path, old: str, new: str, sentence: str) -> None:
     path = tmp_path / "claims.toml"
     assert GOOD.count(old) == 1
     path.write_text(GOOD.replace(old, new))

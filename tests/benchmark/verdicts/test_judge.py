@@ -72,9 +72,9 @@ def test_ratio_and_difference_of_pairs() -> None:
 def test_pairs_are_of_one_recording() -> None:
     """Errors that differ more between seeds than between estimators: the pairing decides."""
     of_seed = np.random.default_rng(0).uniform(1, 100, 10)
-    rows = table(
-        *seeds(list(of_seed)), *seeds(list(of_seed - 0.1), estimator="mhe")
-    ).sample(frac=1, random_state=0)
+    rows = table(*seeds(list(of_seed)), *seeds(list(of_seed - 0.1), estimator="mhe")).sample(
+        frac=1, random_state=0
+    )
     found = one(
         rows,
         of={"estimator": "mhe"},

@@ -42,10 +42,14 @@ def test_the_sign_and_what_it_means(change: list[float], expected: str) -> None:
 def test_only_what_can_be_seen_and_ended_well_counts() -> None:
     blind = table(*seeds(EKF, observable=False), *seeds(EKF, estimator="mhe", observable=False))
     assert len(paired(blind)) == 0
-    assert list(paired(blind)) == list(paired(table())) == [
-        *("suite", "sensors", "quantity", "unit", "ekf", "mhe", "difference"),
-        *("low", "high", "pairs", "verdict"),
-    ]
+    assert (
+        list(paired(blind))
+        == list(paired(table()))
+        == [
+            *("suite", "sensors", "quantity", "unit", "ekf", "mhe", "difference"),
+            *("low", "high", "pairs", "verdict"),
+        ]
+    )
     rows = table(
         *seeds([*EKF, 1.0, 1.0, np.inf, 1.0]),
         *seeds([*EKF, np.nan, np.inf, 1.0], estimator="mhe"),
