@@ -137,6 +137,8 @@ def test_there_are_eight_principles_and_two_compounds() -> None:
         ([20, 61], [[3.0, 0, 0]], "tilt_theta may reach 61.0 to 61.0 deg"),
         # Back at its start, but not on the way.
         ([20, 55], [[2.0, 0, 1], [2.0, 0, -1]], "tilt_theta may reach 53.0 to 63.2 deg"),
+        # Only where it goes down slowly and up fast.
+        ([20, 55], [[2.0, 0, -1], [3.0, 0, 1]], "tilt_theta may reach 46.8 to 61.1 deg"),
     ],
 )
 def test_a_stroke_that_may_leave_the_table_is_refused(

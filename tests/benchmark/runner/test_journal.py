@@ -75,6 +75,7 @@ def test_outcomes_survive_exactly(
 def test_other_code_has_not_run_the_task(tmp_path: Path) -> None:
     with Journal(tmp_path) as journal:
         journal.append(TASK, "code", found(1.0))
+        assert journal.path.read_bytes().endswith(b"}\n")  # at once: a kill would not lose it
         assert journal.has(TASK, "code")
         assert not journal.has(TASK, "other code")
         assert not journal.has(OTHER, "code")
