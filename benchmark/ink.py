@@ -114,7 +114,7 @@ def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
     The rounds of nearest neighbour and mean end in a local optimum, so they
     start from many shifts that lay the path's extent within the ink's: a part
     of a text fits in several places. The best one counts. Looking for it, a
-    nearest neighbour is good to a quarter of a millimetre (`benchmark.ink_map`).
+    nearest neighbour is good to half a millimetre (`benchmark.ink_map`).
     """
     from scipy.spatial import cKDTree  # slow to import, for scanned ink only
 

@@ -1,4 +1,4 @@
-"""The nearest ink of any point on the paper, to a quarter of a millimetre: one look-up each."""
+"""The nearest ink of any point on the paper, to half a millimetre: one look-up each."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -54,6 +54,7 @@ def run_benchmark(
         if total < len(tasks):
             console.print(f"{len(tasks) - total} of {len(tasks)} tasks are finished already")
         advance = start(total)
+        _sat(run, output, session(started, 0.0, str(workers), 0, False))
 
         def counted(tasks_done: int) -> None:
             nonlocal done
@@ -73,9 +74,13 @@ def run_benchmark(
     finally:
         if done or finished:  # else the folder is what it was: perhaps another run's
             seconds = time.perf_counter() - clock
-            run["sessions"].append(session(started, seconds, str(workers), done, finished))
-            write_about(run, output)
+            _sat(run, output, session(started, seconds, str(workers), done, finished))
     show_report(output)
+
+
+def _sat(run: Mapping[str, Any], output: Path, sitting: Mapping[str, Any]) -> None:
+    """Write ``run.json`` with one more sitting than before this run."""
+    write_about({**run, "sessions": [*run["sessions"], sitting]}, output)
 
 
 def show_report(folder: Path, pictures: Path | None = None) -> None:
