@@ -7,8 +7,14 @@ from itertools import product
 import numpy as np
 import pytest
 
-from benchmark.registry import contract_models
-from benchmark.window_cases import HORIZONS, WindowKey, rolled_out, window_case, window_table
+from benchmark.window_cases import (
+    HORIZONS,
+    WindowKey,
+    rolled_out,
+    window_case,
+    window_models,
+    window_table,
+)
 from benchmark.window_kinds import KINDS
 from estimation.kalman_stage import rows_present
 from models.errors import InputError
@@ -22,7 +28,7 @@ MODELS = ("turntable accel+gyro", "pen5 two accelerometers", "pen6 accel+gyro+ca
 def test_a_table_meets_every_model_kind_and_horizon() -> None:
     table = window_table(1000)
     assert len({key.seed for key in table}) == len(table) == 1000
-    pairs = set(product(contract_models(), KINDS))
+    pairs = set(product(window_models(), KINDS))
     assert {(key.model, key.kind) for key in table[: len(pairs)]} == pairs
     for pair in pairs:
         met = {key.horizon for key in table if (key.model, key.kind) == pair}

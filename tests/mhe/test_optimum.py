@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.registry import contract_models
-from benchmark.window_cases import window_case, window_table
+from benchmark.window_cases import window_case, window_models, window_table
 from benchmark.window_comparison import (
     ABOVE,
     IPOPT_FAILED,
@@ -27,7 +26,7 @@ from pen_mhe.optimum_run import compare_all
 from tests.references.gauss_newton import DenseGaussNewton
 
 SHORT = 8
-QUICK = window_table(len(contract_models()) * len(KINDS), horizons=(SHORT,))
+QUICK = window_table(len(window_models()) * len(KINDS), horizons=(SHORT,))
 MOST_ABOVE, LEAST_SAME = 0.01, 0.95
 
 
@@ -42,7 +41,7 @@ def check(rows: Sequence[WindowRow]) -> WindowSummary:
     return found
 
 
-@pytest.mark.parametrize("model", contract_models())
+@pytest.mark.parametrize("model", window_models())
 def test_the_optimum_is_ipopts(model: str) -> None:
     keys = [key for key in QUICK if key.model == model]
     assert {key.kind for key in keys} == set(KINDS)
