@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 
 from benchmark.bad_start_cases import KNOWLEDGE, BadStart, case_model, case_pen, case_recording
-from benchmark.registry import EstimatorSettings, create_estimator
+from benchmark.registry import BENCHMARK_ESTIMATORS, EstimatorSettings, create_estimator
 from benchmark.wrong_prior import told_prior
 from estimation.estimator import Estimator, run
 from models.arrays import Array
@@ -30,7 +30,7 @@ from models.random_streams import seed_sequence, stream
 if TYPE_CHECKING:
     import pandas as pd
 
-ESTIMATORS = ("ekf", "mhe-rti", "mhe")
+ESTIMATORS = BENCHMARK_ESTIMATORS
 """What is compared by default."""
 
 FIRST_S = 1.0

@@ -65,7 +65,7 @@ ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, EstimatorSettings], Estimato
 LEAST_SQUARES = tuple(name for name in ESTIMATORS if name != "mhe-sparse")
 """The estimators that weigh everything by least squares: on a linear model all are one."""
 
-BENCHMARK_ESTIMATORS = ("ekf", "mhe-rti", "mhe")
+BENCHMARK_ESTIMATORS = tuple(name for name in LEAST_SQUARES if name != "mhe-ipopt")
 """The estimators of the benchmark; ``mhe`` ends in ``mhe-ipopt``'s optimum (`pen-mhe optimum`)."""
 
 DEFAULT_ESTIMATOR = "mhe"

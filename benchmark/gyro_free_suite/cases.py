@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from benchmark.gyro_free_suite.gesture import GestureConfig
 from benchmark.gyro_free_suite.readings import Errors
+from benchmark.registry import BENCHMARK_ESTIMATORS
 from classical_baseline.differentiators import DIFFERENTIATORS
 from classical_baseline.gyro_free import Compensation
 
@@ -40,7 +41,7 @@ LOOKS_AHEAD = tuple(
 )
 """Estimators that use measurements that have not arrived yet: no choice, a bound."""
 
-MODEL_BASED = ("mhe", "mhe-rti", "ekf")
+MODEL_BASED = tuple(reversed(BENCHMARK_ESTIMATORS))
 """Estimators with the pen model, the slow ones first."""
 
 TWO_ACCELS, NO_ROLL, NO_SPIN = "two accels", "two accels, no roll", "two accels, no spin"

@@ -8,11 +8,11 @@ from functools import cache
 from types import MappingProxyType
 
 from benchmark.printed_cost import BY_SPEED
-from benchmark.registry import CONFIGURATIONS, find_pen
+from benchmark.registry import BENCHMARK_ESTIMATORS, CONFIGURATIONS, find_pen
 from models.pen import PenConfig, Prior, ProcessNoise
 from models.sensors import MountedSensor
 
-PEN_ESTIMATORS = ("ekf", "mhe-rti", "mhe")
+PEN_ESTIMATORS = BENCHMARK_ESTIMATORS
 MOTION, DURATION_S = "handwriting", 4.0
 
 BOTH = ("accel+gyro",)

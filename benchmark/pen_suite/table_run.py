@@ -14,7 +14,11 @@ from numpy.typing import NDArray
 
 from benchmark.metrics import state_errors
 from benchmark.observe import judge
-from benchmark.registry import TURNTABLE_CONFIGURATIONS, create_estimator
+from benchmark.registry import (
+    BENCHMARK_ESTIMATORS,
+    TURNTABLE_CONFIGURATIONS,
+    create_estimator,
+)
 from benchmark.simulate_turntable import simulate_stroke, simulate_table
 from benchmark.tasks.history import outcome, state_series
 from benchmark.tasks.task import OK, Outcome, Quantity, Task
@@ -27,7 +31,7 @@ from models.random_streams import seed_sequence, stream
 from models.table_motion import table_motions
 from models.turntable import TILTS, paper_turntable, turntable_model
 
-TABLE_ESTIMATORS = ("ekf", "mhe-rti", "mhe", "mhe-sparse")
+TABLE_ESTIMATORS = (*BENCHMARK_ESTIMATORS, "mhe-sparse")
 STROKES = tuple(table_motions())
 START_STD_RAD = math.radians(2.0)
 """How well the start of a stroke is known; the error is drawn from it."""

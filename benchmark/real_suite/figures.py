@@ -9,11 +9,11 @@ import numpy as np
 
 from benchmark.figures.figure import Figure, Line, Panel
 from benchmark.real_suite.dpoint_run import NO_CAMERA, RATES, UNBIASED, WITH_CAMERA
+from benchmark.registry import BENCHMARK_ESTIMATORS
 from benchmark.tasks.results import Results
 
 NAME = "real"
 CAMERA = "camera (not used)"
-ESTIMATORS = ("ekf", "mhe-rti", "mhe")
 MEASURES = (
     ("ink", "ink distance", "mm"),
     ("left_out_position", "left-out position", "mm"),
@@ -44,7 +44,11 @@ def _over_rate(results: Results) -> Figure:
             f"{label} by estimator",
             "camera rate / Hz",
             f"{label} / {unit}",
-            _lines(results, quantity, [(name, "accel+gyro+camera", name) for name in ESTIMATORS]),
+            _lines(
+                results,
+                quantity,
+                [(name, "accel+gyro+camera", name) for name in BENCHMARK_ESTIMATORS],
+            ),
             x_log=True,
             y_log=True,
         )

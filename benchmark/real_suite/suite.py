@@ -17,11 +17,11 @@ from benchmark.real_suite.dpoint_run import (
     run_dpoint,
 )
 from benchmark.real_suite.figures import figures
+from benchmark.registry import BENCHMARK_ESTIMATORS
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task
 
 NAME = "real"
-ESTIMATORS = ("ekf", "mhe-rti", "mhe")
 ALL = "accel+gyro+camera"
 FEWER = ("ekf", "mhe-rti")
 """The estimators of every configuration but `ALL`, `mhe` costs three seconds a run."""
@@ -34,7 +34,7 @@ def tasks(scope: Scope) -> Sequence[Task]:
     recorded = max(CAMERA_RATES_HZ)
     found = [
         Task(NAME, case, sensors, estimator, phase)
-        for estimator in reversed(ESTIMATORS)
+        for estimator in reversed(BENCHMARK_ESTIMATORS)
         for sensors in WITH_CAMERA
         if sensors == ALL or estimator in FEWER
         for case, rate in RATES.items()
@@ -45,7 +45,7 @@ def tasks(scope: Scope) -> Sequence[Task]:
         for case in (NO_CAMERA, UNBIASED)
         for sensors in WITHOUT_CAMERA
         if case == NO_CAMERA or "accel" in WITHOUT_CAMERA[sensors]
-        for estimator in ESTIMATORS
+        for estimator in BENCHMARK_ESTIMATORS
     ]
 
 

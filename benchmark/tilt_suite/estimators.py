@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmark.registry import EstimatorSettings, create_estimator
+from benchmark.registry import BENCHMARK_ESTIMATORS, EstimatorSettings, create_estimator
 from benchmark.tasks.task import Quantity
 from benchmark.tilt_suite.cases import FULL_TURN
 from benchmark.tilt_suite.operations import ekf_operations, mhe_operations, operations
@@ -50,7 +50,7 @@ FIXED_WEIGHT: Mapping[str, Callable[[str], FixedWeightConfig]] = MappingProxyTyp
 """Estimator → its settings in a case: published, found by the published search, best up to
 300, best in the full turn, best but with formula and sign as printed."""
 
-MODEL_BASED = ("mhe", "mhe-rti", "ekf")
+MODEL_BASED = tuple(reversed(BENCHMARK_ESTIMATORS))
 """Estimators with a model, the slow ones first."""
 
 START_STD_RAD = float(np.radians(2.0))
