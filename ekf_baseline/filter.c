@@ -2,18 +2,18 @@
  * Behind estimation/engine.c; the structures Memory and Filter are declared in front. */
 
 /* Squared Mahalanobis distance of some rows of an innovation; `count` rows, at most n_r. */
-static double squared_distance(const double *v, const double *S, long long n_r,
-                               const long long *rows, long long count, double *L, double *z)
+static real squared_distance(const real *v, const real *S, integer n_r,
+                               const integer *rows, integer count, real *L, real *z)
 {
-    double sum = 0;
-    for (long long i = 0; i < count; i++) {
-        double left = v[rows[i]];
-        for (long long j = 0; j <= i; j++) {
-            double s = S[rows[i] + n_r * rows[j]];
-            for (long long k = 0; k < j; k++) s -= L[i * count + k] * L[j * count + k];
+    real sum = 0;
+    for (integer i = 0; i < count; i++) {
+        real left = v[rows[i]];
+        for (integer j = 0; j <= i; j++) {
+            real s = S[rows[i] + n_r * rows[j]];
+            for (integer k = 0; k < j; k++) s -= L[i * count + k] * L[j * count + k];
             L[i * count + j] = i == j ? sqrt(s) : s / L[j * count + j];
         }
-        for (long long j = 0; j < i; j++) left -= L[i * count + j] * z[j];
+        for (integer j = 0; j < i; j++) left -= L[i * count + j] * z[j];
         z[i] = left / L[i * count + i];
         sum += z[i] * z[i];
     }
@@ -25,29 +25,29 @@ static int gate(const Filter *f)
 {
     const Model *m = &f->model;
     int rejected = 0;
-    for (long long sensor = 0; sensor < m->n_sensors; sensor++) {
-        long long *rows = f->rows, count = 0;
-        for (long long row = m->first_row[sensor]; row < m->first_row[sensor + 1]; row++)
+    for (integer sensor = 0; sensor < m->n_sensors; sensor++) {
+        integer *rows = f->rows, count = 0;
+        for (integer row = m->first_row[sensor]; row < m->first_row[sensor + 1]; row++)
             if (f->present[row] != 0) rows[count++] = row;
         if (count == 0) continue;
-        double distance = squared_distance(f->v, f->S, m->n_r, rows, count, f->L, f->z);
+        real distance = squared_distance(f->v, f->S, m->n_r, rows, count, f->L, f->z);
         if (!(distance > f->gate[count])) continue;
-        for (long long i = 0; i < count; i++) f->used[rows[i]] = 0.0;
+        for (integer i = 0; i < count; i++) f->used[rows[i]] = 0.0;
         rejected = 1;
     }
     return rejected;
 }
 
-void filter_step(void *self, const double *given, double *memory, double time, const double *y,
-                 double *result)
+void filter_step(void *self, const real *given, real *memory, real time, const real *y,
+                 real *result)
 {
     const Filter *f = self;
     const Model *m = &f->model;
     const Memory *at = &f->memory;
-    const double start = seconds(), before = given[at->time_s];
-    const double dt = isnan(before) ? 0.0 : time - before;
-    const long long n_x = m->n_x;
-    long long status = 0;
+    const real start = seconds(), before = given[at->time_s];
+    const real dt = isnan(before) ? 0.0 : time - before;
+    const integer n_x = m->n_x;
+    integer status = 0;
 
     if (dt < 0) {
         copy(memory, given, at->size);
@@ -57,16 +57,16 @@ void filter_step(void *self, const double *given, double *memory, double time, c
     }
     mark_present(m, y, f->present, f->clean);
     copy(f->used, f->present, m->n_r);
-    double *predicted[] = {f->x_minus, 0, f->P_minus, 0, 0};
+    real *predicted[] = {f->x_minus, 0, f->P_minus, 0, 0};
     predict(m, f->no_deviation, given + at->covariance, given + at->mean, f->no_noise, &dt,
             f->unit_noise, predicted);
     retract(m, f->x_minus, f->no_deviation, f->x_minus); /* angles within a turn */
-    double *mean = memory + at->mean, *covariance = memory + at->covariance;
-    double *updated[] = {f->d_plus, covariance, f->v, f->S, 0, 0, 0, 0};
+    real *mean = memory + at->mean, *covariance = memory + at->covariance;
+    real *updated[] = {f->d_plus, covariance, f->v, f->S, 0, 0, 0, 0};
     update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->present, updated);
     if (f->gate && gate(f)) {
         status |= STATUS_GATED;
-        double *again[] = {f->d_plus, covariance, 0, 0, 0, 0, 0, 0};
+        real *again[] = {f->d_plus, covariance, 0, 0, 0, 0, 0, 0};
         update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->used, again);
     }
     retract(m, f->x_minus, f->d_plus, mean);
@@ -82,9 +82,9 @@ void filter_step(void *self, const double *given, double *memory, double time, c
     result[f->result.step_time_s] = seconds() - start;
 }
 
-int filter_batch(Filter *f, double *memory, double *other, long long n, const double *time,
-                 const double *y, double *results)
+int filter_batch(Filter *f, real *memory, real *other, integer n, const real *time,
+                 const real *y, real *results)
 {
-    double *both[] = {memory, other};
+    real *both[] = {memory, other};
     return batch(filter_step, f, both, n, time, y, f->model.n_y, results, f->result.size);
 }

@@ -29,6 +29,8 @@ DOUBLES = ctypes.POINTER(ctypes.c_double)
 INTEGERS = ctypes.POINTER(ctypes.c_longlong)
 BYTES = ctypes.POINTER(ctypes.c_ubyte)
 NATIVE = np.dtype(np.float64)
+ENGINE = ("engine.c", "covariance_stage.c")
+"""The files in front of every loop."""
 
 
 class Model(ctypes.Structure):
@@ -55,7 +57,7 @@ class Loop:
 
     Parameters
     ----------
-    sources : its files, compiled as one behind ``estimation/engine.c``
+    sources : its files, compiled as one behind `ENGINE`
     entry : prefix of its functions ``<entry>_step`` and ``<entry>_batch``
     memory : layout of the estimator's state
     functions : groups of generated functions, one library each, those of
@@ -212,10 +214,12 @@ def _loop_library(loop: Loop, structures: Sequence[type[ctypes.Structure]]) -> P
     }
     parts = [
         "#define _POSIX_C_SOURCE 199309L",
-        "typedef int (*generated)(const double **, double **, long long *, double *, int);",
+        "typedef double real;",
+        "typedef long long integer;",
+        "typedef int (*generated)(const real **, real **, integer *, real *, int);",
         *(f"#define {name} {value!r}" for name, value in constants.items()),
         *(declaration(structure) for structure in structures),
-        (resources.files("estimation") / "engine.c").read_text(),
+        *((resources.files("estimation") / name).read_text() for name in ENGINE),
         *(source.read_text() for source in loop.sources),
     ]
     [library] = shared_libraries(["\n".join(parts)], STRICT)

@@ -15,14 +15,15 @@ from functools import cached_property
 from models.arrays import Array
 
 C_TYPES: Mapping[object, str] = {
-    ctypes.c_longlong: "long long",
-    ctypes.c_double: "double",
+    ctypes.c_longlong: "integer",
+    ctypes.c_double: "real",
     ctypes.c_void_p: "generated",
-    ctypes.POINTER(ctypes.c_double): "double *",
-    ctypes.POINTER(ctypes.c_longlong): "long long *",
+    ctypes.POINTER(ctypes.c_double): "real *",
+    ctypes.POINTER(ctypes.c_longlong): "integer *",
     ctypes.POINTER(ctypes.c_ubyte): "unsigned char *",
 }
-"""ctypes → C; a bare pointer is a generated function."""
+"""ctypes → C; a bare pointer is a generated function. `real` and `integer` are double and long
+long here, and whatever suits the machine in exported code."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Layout:
 
 
 def offset_structure(name: str, blocks: tuple[str, ...]) -> type[ctypes.Structure]:
-    """Return the C structure of a layout's offsets: one ``long long`` per block, and ``size``."""
+    """Return the C structure of a layout's offsets: one ``integer`` per block, and ``size``."""
     fields = [(block, ctypes.c_longlong) for block in (*blocks, "size")]
     return type(name, (ctypes.Structure,), {"_fields_": fields})
 

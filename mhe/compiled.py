@@ -103,6 +103,7 @@ def _work(
         "S": n_r * n_r,
         "lambda": n_x,
         "lambda_hat": n_x,
+        "spread": n_x,
         "d": n_x,
         "d_try": n_x,
         "L_prior": n_x * n_x,

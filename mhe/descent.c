@@ -2,15 +2,15 @@
 
 /* Roll the trajectory of z_try = (μ, w_0, w_1, …) out through the model, from
  * x_0 = x̄ ⊞ P̄ μ, and return its cost. */
-static double try_cost(const Window *s, const double *memory, double *row_scale,
-                       double *noise_scale)
+static real try_cost(const Window *s, const real *memory, real *row_scale,
+                       real *noise_scale)
 {
     const Work *o = &s->work;
-    const long long count = (long long)memory[s->memory.count], n_x = s->model.n_x;
-    const double *P = memory + s->memory.prior_covariance, *w = o->z_try + n_x;
-    for (long long i = 0; i < n_x; i++) o->d_try[i] = dot(P + i * n_x, o->z_try, n_x);
+    const integer count = (integer)memory[s->memory.count], n_x = s->model.n_x;
+    const real *P = memory + s->memory.prior_covariance, *w = o->z_try + n_x;
+    for (integer i = 0; i < n_x; i++) o->d_try[i] = dot(P + i * n_x, o->z_try, n_x);
     retract(&s->model, memory + s->memory.prior_mean, o->d_try, o->x_try);
-    for (long long k = 0; k + 1 < count; k++)
+    for (integer k = 0; k + 1 < count; k++)
         move(s, STAGE(o->x_try, k, n_x), STAGE(w, k, s->model.n_w), interval(s, memory, k),
              STAGE(o->x_try, k + 1, n_x));
     return measure(s, memory, o->x_try, w, row_scale, noise_scale)
@@ -18,27 +18,27 @@ static double try_cost(const Window *s, const double *memory, double *row_scale,
 }
 
 /* z_try = z + α (g - z). */
-static void part_way(const Work *o, double alpha, long long n)
+static void part_way(const Work *o, real alpha, integer n)
 {
-    for (long long i = 0; i < n; i++) o->z_try[i] = (1 - alpha) * o->z[i] + alpha * o->g[i];
+    for (integer i = 0; i < n; i++) o->z_try[i] = (1 - alpha) * o->z[i] + alpha * o->g[i];
 }
 
 /* Anderson acceleration: z_try = g - γ₁ (g - g₁) - γ₂ (g₁ - g₂), with the γ that make the
  * step f = g - z shortest to first order, f - γ₁ (f - f₁) - γ₂ (f₁ - f₂). `depth` of the two
  * earlier points are known; returns whether there is such a γ. */
-static int accelerate(const Window *s, const double *memory, int depth, long long n)
+static int accelerate(const Window *s, const real *memory, int depth, integer n)
 {
     const Work *o = &s->work;
-    for (long long i = 0; i < n; i++) {
+    for (integer i = 0; i < n; i++) {
         o->f[i] = o->g[i] - o->z[i];
         o->f_1[i] = o->f[i] - (o->g_1[i] - o->z_1[i]);
         o->f_2[i] = depth > 1 ? o->g_1[i] - o->z_1[i] - (o->g_2[i] - o->z_2[i]) : 0.0;
     }
-    const double a = inner(s, memory, o->f_1, o->f_1), c = inner(s, memory, o->f_2, o->f_2);
-    const double b = inner(s, memory, o->f_1, o->f_2);
-    const double left = inner(s, memory, o->f_1, o->f), right = inner(s, memory, o->f_2, o->f);
-    const double determinant = a * c - b * b;
-    double gamma_1, gamma_2 = 0;
+    const real a = inner(s, memory, o->f_1, o->f_1), c = inner(s, memory, o->f_2, o->f_2);
+    const real b = inner(s, memory, o->f_1, o->f_2);
+    const real left = inner(s, memory, o->f_1, o->f), right = inner(s, memory, o->f_2, o->f);
+    const real determinant = a * c - b * b;
+    real gamma_1, gamma_2 = 0;
     if (determinant > SINGULAR * a * c) {
         gamma_1 = (c * left - b * right) / determinant;
         gamma_2 = (a * right - b * left) / determinant;
@@ -46,7 +46,7 @@ static int accelerate(const Window *s, const double *memory, int depth, long lon
         gamma_1 = left / a;
     else
         return 0;
-    for (long long i = 0; i < n; i++) {
+    for (integer i = 0; i < n; i++) {
         o->z_try[i] = o->g[i] - gamma_1 * (o->g[i] - o->g_1[i]);
         if (gamma_2 != 0) o->z_try[i] -= gamma_2 * (o->g_1[i] - o->g_2[i]);
     }
@@ -55,35 +55,35 @@ static int accelerate(const Window *s, const double *memory, int depth, long lon
 
 /* Gauss-Newton passes to convergence; see mhe/descent.py. Writes trajectory and cost, and
  * counts iterations on. */
-static long long descend(const Window *s, double *memory, double *cost, double *iterations)
+static integer descend(const Window *s, real *memory, real *cost, real *iterations)
 {
     const Model *m = &s->model;
     const Work *o = &s->work;
-    const long long count = (long long)memory[s->memory.count], n_x = m->n_x;
-    const long long n_noises = (count - 1) * m->n_w, n_z = n_x + n_noises;
-    const double *P = memory + s->memory.prior_covariance;
-    const double began = seconds();
-    double *x = memory + s->memory.x, *w = memory + s->memory.w;
-    double *row_scale = o->row_scale, *noise_scale = o->noise_scale;
-    double *row_scale_try = o->row_scale_try, *noise_scale_try = o->noise_scale_try;
+    const integer count = (integer)memory[s->memory.count], n_x = m->n_x;
+    const integer n_noises = (count - 1) * m->n_w, n_z = n_x + n_noises;
+    const real *P = memory + s->memory.prior_covariance;
+    const real began = seconds();
+    real *x = memory + s->memory.x, *w = memory + s->memory.w;
+    real *row_scale = o->row_scale, *noise_scale = o->noise_scale;
+    real *row_scale_try = o->row_scale_try, *noise_scale_try = o->noise_scale_try;
 
     difference(s, x, memory + s->memory.prior_mean, o->d);
     copy(o->z_next + n_x, w, n_noises);
-    const double distance = prior_multiplier(s, P, o->d, o->z_next);
-    const double readings = measure(s, memory, x, w, row_scale, noise_scale);
+    const real distance = prior_multiplier(s, P, o->d, o->z_next);
+    const real readings = measure(s, memory, x, w, row_scale, noise_scale);
     (*iterations)++;
     if (!isfinite(readings)) {
         forward(s, memory, o->d, row_scale, noise_scale); /* the covariance is this window's */
         return STATUS_NOT_FINITE;
     }
-    double J = readings + distance / 2, base = INFINITY, alpha = 1;
+    real J = readings + distance / 2, base = INFINITY, alpha = 1;
     int depth = -1, settling = 0, accelerated = 0;
     for (;; (*iterations)++) {
-        const double squares = forward(s, memory, o->d, row_scale, noise_scale);
-        double length = backward(s, memory, noise_scale, o->g_next), J_try = NAN;
+        const real squares = forward(s, memory, o->d, row_scale, noise_scale);
+        real length = backward(s, memory, noise_scale, o->g_next), J_try = NAN;
         if (!isfinite(squares) || !isfinite(length)) return STATUS_NOT_FINITE;
-        for (long long i = 0; i < n_x; i++) o->f[i] = o->g_next[i] - o->z_next[i];
-        for (long long i = 0; i < n_x; i++) length += o->f[i] * dot(P + i * n_x, o->f, n_x);
+        for (integer i = 0; i < n_x; i++) o->f[i] = o->g_next[i] - o->z_next[i];
+        for (integer i = 0; i < n_x; i++) length += o->f[i] * dot(P + i * n_x, o->f, n_x);
         const int over = *iterations >= s->most_iterations ? STATUS_ITERATION_LIMIT
                          : seconds() - began > s->most_seconds ? STATUS_TIME_LIMIT : 0;
 
@@ -111,7 +111,7 @@ static long long descend(const Window *s, double *memory, double *cost, double *
             const int last = sqrt(length) <= s->tolerance;
             if (s->most_iterations == 0 && !last) return STATUS_ITERATION_LIMIT;
             settling = isfinite(J) && length / 2 < RESOLUTION * fmax(1.0, fabs(J));
-            const double slack = ROUNDING * fmax(1.0, fabs(J));
+            const real slack = ROUNDING * fmax(1.0, fabs(J));
             accelerated = !last && depth > 0 && sqrt(length) < GATE
                           && accelerate(s, memory, depth, n_z);
             if (accelerated) {
@@ -142,7 +142,7 @@ static long long descend(const Window *s, double *memory, double *cost, double *
         copy(o->z_next, o->z_try, n_z);
         *cost = J;
         if (over) return over;
-        double *swap = row_scale;
+        real *swap = row_scale;
         row_scale = row_scale_try, row_scale_try = swap;
         swap = noise_scale, noise_scale = noise_scale_try, noise_scale_try = swap;
     }
@@ -150,20 +150,20 @@ static long long descend(const Window *s, double *memory, double *cost, double *
 
 /* Whether the window's first state is nearer to the prior than the descent believes: an
  * angle went round on the way. */
-static int is_wound(const Window *s, const double *memory)
+static int is_wound(const Window *s, const real *memory)
 {
     const Work *o = &s->work;
     difference(s, memory + s->memory.x, memory + s->memory.prior_mean, o->d_try);
-    for (long long i = 0; i < s->model.n_x; i++)
+    for (integer i = 0; i < s->model.n_x; i++)
         if (fabs(o->d[i] - o->d_try[i]) > WOUND * fmax(1.0, fabs(o->d[i]))) return 1;
     return 0;
 }
 
 /* Descend, and again from there where an angle went round. */
-static long long converge(const Window *s, double *memory, double *cost, double *iterations)
+static integer converge(const Window *s, real *memory, real *cost, real *iterations)
 {
     *iterations = 0;
-    long long status = descend(s, memory, cost, iterations);
+    integer status = descend(s, memory, cost, iterations);
     for (int turn = 0; turn < MOST_TURNS && status == 0 && is_wound(s, memory); turn++)
         status = descend(s, memory, cost, iterations);
     return status;

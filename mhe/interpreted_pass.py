@@ -131,7 +131,8 @@ class WindowPass:
                 lam_hat, w_s[k] = self.call["retreat"](lam, ahead.F, ahead.G, scale)
                 length += float((((w_s[k] - window.w[k]) / scale) ** 2).sum())
             u = updates[k]
-            stored = u.deviation, u.state.covariance, lam_hat, u.W, u.e, u.L, u.H
+            spread = u.state.covariance @ lam_hat
+            stored = u.deviation, spread, lam_hat, u.W, u.e, u.L, u.H
             d_s[k], lam, part = self.call["smooth"](*stored)
             length += float(part[0])
         squares = sum(float(update.e @ update.e) for update in updates)

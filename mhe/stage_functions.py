@@ -39,18 +39,18 @@ def retreat_function(model: StateSpaceModel, predict: ca.Function) -> ca.Functio
 
 
 def smooth_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
-    """Return (δ⁺, P⁺, λ̂, W, e, L, H) → (δ_s, λ, ‖H δ_s / σ‖²)."""
+    """Return (δ⁺, P⁺ λ̂, λ̂, W, e, L, H) → (δ_s, λ, ‖H δ_s / σ‖²)."""
     n_x, n_r = model.n_x, model.n_r
-    d_plus, P_plus = ca.SX.sym("d_plus", n_x), ca.SX.sym("P_plus", n_x, n_x)
+    d_plus, spread = ca.SX.sym("d_plus", n_x), ca.SX.sym("spread", n_x)
     lam_hat, W, e = ca.SX.sym("lam_hat", n_x), ca.SX.sym("W", n_x, n_r), ca.SX.sym("e", n_r)
     L = ca.SX.sym("L", update.sparsity_out("L"))
     H = ca.SX.sym("H", update.sparsity_out("H"))
-    d_s = d_plus - P_plus @ lam_hat
+    d_s = d_plus - spread
     lam = lam_hat - H.T @ ca.solve(L.T, W.T @ lam_hat + e)
     length = ca.sumsqr(H @ d_s / model.noise_std)
     arguments = {
         "d_plus": d_plus,
-        "P_plus": P_plus,
+        "spread": spread,
         "lam_hat": lam_hat,
         "W": W,
         "e": e,

@@ -45,6 +45,8 @@ class StateSpaceModel:
         none; None for no such limit at all
     symmetries : casadi.Functions (n_x,), () -> (n_x,): changes of the state that some
         choice of sensors may not show; `estimation.symmetry` finds out whether it does
+    conditions : (n_g, n_y) readings that an instant must have for a row of the inequality to
+        be demanded; None demands every row always
     """
 
     name: str
@@ -61,6 +63,7 @@ class StateSpaceModel:
     regularity: ca.Function
     reach: Array | None = None
     symmetries: tuple[ca.Function, ...] = ()
+    conditions: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         check_model(self)
@@ -99,6 +102,13 @@ class StateSpaceModel:
             needs[row : row + sensor.n_r, column : column + sensor.n_y] = sensor.row_needs
             row, column = row + sensor.n_r, column + sensor.n_y
         return needs
+
+    @cached_property
+    def inequality_needs(self) -> NDArray[np.bool_]:
+        """(n_g, n_y): which readings an instant must have for a row of the inequality to hold."""
+        if self.conditions is None:
+            return np.zeros((self.inequality.numel_out(0), self.n_y), dtype=bool)
+        return self.conditions
 
     @cached_property
     def saturation(self) -> Array:
