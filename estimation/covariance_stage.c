@@ -20,7 +20,10 @@ static void update(const Model *m, const real *d_minus, const real *P_minus,
 }
 
 /* P v. */
-static void spread(const Model *m, const real *P, const real *v, real *product)
+static inline void spread(const Model *m, const real *P, const real *v, real *product)
 {
     for (integer i = 0; i < m->n_x; i++) product[i] = dot(P + i * m->n_x, v, m->n_x);
 }
+
+/* Variance of one state. */
+static inline real variance(const Model *m, const real *P, integer i) { return P[i * (m->n_x + 1)]; }

@@ -88,6 +88,8 @@ static void report(const Model *m, const Result *r, real *result, real time,
     copy(result + r->innovation_covariance, S, m->n_r * m->n_r);
     result[r->status] = (real)status;
     result[r->cost] = NAN;
+    result[r->kkt] = NAN;
+    result[r->reused] = 0;
 }
 
 /* The answer to a measurement that is older than the state. */
@@ -102,6 +104,8 @@ static void report_late(const Model *m, const Result *r, real *result, real time
     result[r->status] = STATUS_LATE;
     result[r->iterations] = 0;
     result[r->cost] = NAN;
+    result[r->kkt] = NAN;
+    result[r->reused] = 0;
 }
 
 /* A whole recording: the same step, n times. `memory` holds two states; returns which

@@ -180,6 +180,8 @@ class CompiledEngine:
                 return ctypes.c_longlong(int(value))
             case float():
                 return ctypes.c_double(value)
+            case ctypes.c_void_p():
+                return value
             case np.ndarray():
                 dtype, pointer = ARRAYS[value.dtype.kind]
                 array = np.require(value, dtype=dtype, requirements="C")

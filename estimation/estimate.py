@@ -41,6 +41,10 @@ class Estimate:
     iterations : of the solver; 1 for a filter
     window : the moving horizon, for estimators that have one
     call_s : seconds within the loop's own call, without what Python adds; NaN where there is none
+    kkt_residual : how far the window is from its optimality conditions, in standard deviations:
+        length of the last pass' step, or what a row of bounds and inequalities is exceeded by,
+        whichever is larger; NaN where there is none
+    reused_stages : stages whose factors were kept from the step before
     """
 
     time_s: float
@@ -51,6 +55,8 @@ class Estimate:
     iterations: int = 1
     window: Window | None = None
     call_s: float = np.nan
+    kkt_residual: float = np.nan
+    reused_stages: int = 0
 
 
 _PER_STEP = (
@@ -61,6 +67,8 @@ _PER_STEP = (
     "innovation_covariance",
     "iterations",
     "step_time_s",
+    "kkt_residual",
+    "reused_stages",
 )
 """Arrays of a history with one entry per step."""
 
@@ -80,6 +88,7 @@ class EstimateHistory:
     status : n statuses
     iterations : (n,)
     step_time_s : (n,) wall time of each step; of the compiled call where there is one
+    kkt_residual, reused_stages : (n,), see `Estimate`
     """
 
     estimator: str
@@ -92,6 +101,8 @@ class EstimateHistory:
     status: tuple[Status, ...]
     iterations: Array
     step_time_s: Array
+    kkt_residual: Array
+    reused_stages: Array
 
     @classmethod
     def collect(
@@ -116,6 +127,8 @@ class EstimateHistory:
             status=tuple(e.status for e in estimates),
             iterations=np.array([e.iterations for e in estimates], dtype=float),
             step_time_s=np.array(step_time_s, dtype=float),
+            kkt_residual=np.array([e.kkt_residual for e in estimates], dtype=float),
+            reused_stages=np.array([e.reused_stages for e in estimates], dtype=float),
         )
 
     @classmethod

@@ -56,7 +56,11 @@ def checked_input(
 
 
 def result_layout(model: StateSpaceModel) -> Layout:
-    """Return what every step says; ``cost`` is NaN where an estimator has none."""
+    """Return what every step says; ``cost`` and ``kkt`` are NaN where an estimator has none.
+
+    ``kkt`` is how far the trajectory is from the optimality conditions, in standard
+    deviations; ``reused`` counts the stages whose factors were not made again.
+    """
     n_x, n_r = model.n_x, model.n_r
     return Layout(
         "Result",
@@ -69,6 +73,8 @@ def result_layout(model: StateSpaceModel) -> Layout:
             "status": (),
             "iterations": (),
             "cost": (),
+            "kkt": (),
+            "reused": (),
             "step_time_s": (),
         },
     )
@@ -86,6 +92,7 @@ class ResultReader:
         self._square_x, self._square_r = (n_x, n_x), (n_r, n_r)
         self._status, self._iterations = parts["status"].start, parts["iterations"].start
         self._time, self._step_time = parts["time_s"].start, parts["step_time_s"].start
+        self._kkt, self._reused = parts["kkt"].start, parts["reused"].start
         self._statuses: dict[float, Status] = {}
 
     def estimate(self, result: Array, window: Window | None = None) -> Estimate:
@@ -99,6 +106,8 @@ class ResultReader:
             int(result.item(self._iterations)),
             window,
             result.item(self._step_time),
+            result.item(self._kkt),
+            int(result.item(self._reused)),
         )
 
     def status(self, number: float) -> Status:
@@ -122,6 +131,8 @@ class ResultReader:
             status=tuple(self.status(number) for number in view(results, "status")),
             iterations=view(results, "iterations"),
             step_time_s=view(results, "step_time_s"),
+            kkt_residual=view(results, "kkt"),
+            reused_stages=view(results, "reused"),
         )
 
 
@@ -133,6 +144,7 @@ def report(
     status: Status,
     iterations: int = 1,
     cost: float = np.nan,
+    kkt: float = np.nan,
 ) -> Array:
     """Return a step's flat array; without an update it has no innovation."""
     result = np.full(layout.size, np.nan)
@@ -146,6 +158,8 @@ def report(
     layout.view(result, "status")[...] = status.value
     layout.view(result, "iterations")[...] = iterations
     layout.view(result, "cost")[...] = cost
+    layout.view(result, "kkt")[...] = kkt
+    layout.view(result, "reused")[...] = 0
     return result
 
 

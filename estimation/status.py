@@ -24,6 +24,7 @@ class Status(enum.Flag):
     INFEASIBLE = enum.auto()
     SOLVER_FAILED = enum.auto()
     NOT_FINITE = enum.auto()
+    PREDICTED = enum.auto()
 
     @property
     def is_solved(self) -> bool:
@@ -47,6 +48,7 @@ UNSOLVED = (
     | Status.INFEASIBLE
     | Status.SOLVER_FAILED
     | Status.NOT_FINITE
+    | Status.PREDICTED
 )
 """The members that mean: the estimate is only the best that was found."""
 
@@ -62,8 +64,9 @@ SENTENCES = {
     Status.OUT_OF_REACH: "A state is so uncertain that it says nothing: no sensor holds it (for a "
     "pen's position: a camera or its writing area).",
     Status.ITERATION_LIMIT: "The solver stopped at its iteration limit; best point returned.",
-    Status.TIME_LIMIT: "The solver stopped at its time limit; best point returned.",
+    Status.TIME_LIMIT: "The solver stopped for its deadline; best point returned.",
     Status.INFEASIBLE: "No state meets all bounds and inequalities; best point returned.",
     Status.SOLVER_FAILED: "The solver failed; best point returned.",
     Status.NOT_FINITE: "The step gave a number that is not finite; the prediction is returned.",
+    Status.PREDICTED: "The deadline left no time for a pass; the prediction is returned.",
 }

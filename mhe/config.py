@@ -12,6 +12,7 @@ from mhe.loss import LEAST_SQUARES
 from models.arrays import Array
 from models.errors import InputError
 
+REUSE_THRESHOLD = 0.5
 HESSIANS = ("gauss-newton", "exact")
 
 
@@ -34,7 +35,13 @@ class MheConfig:
         (on the D-POINT recording it did, into an upright pen); Gauss-Newton always
         descends and ends in the same optimum where both converge
     max_iterations : per step; the best point is returned when it is reached
-    max_time_s : wall time per step, s; None has no limit
+    deadline_s : from the beginning of a step, s; before a pass that would end later the best
+        so far is returned, a prediction where there was no time for any; None has none.
+        ``mhe-ipopt`` hands it to IPOPT as its longest wall time
+    reuse_threshold : of ``mhe-rti``, in standard deviations: a stage whose estimate is so near
+        to where it was linearised keeps its factors when the window slides, as long as all
+        older ones do; larger is faster and further from full passes, 0 makes every pass a
+        full one. Only with the arrival costs ``filtered`` and ``smoothed``, without losses
     """
 
     horizon: int = 20
@@ -44,7 +51,8 @@ class MheConfig:
     sparse_noise: float | None = None
     hessian: str = "gauss-newton"
     max_iterations: int = 300
-    max_time_s: float | None = None
+    deadline_s: float | None = None
+    reuse_threshold: float = REUSE_THRESHOLD
 
     def __post_init__(self) -> None:
         if self.horizon < 1:
@@ -67,8 +75,12 @@ class MheConfig:
             )
         if self.max_iterations < 0:
             raise InputError(f"max_iterations is {self.max_iterations}, expected at least 0")
-        if self.max_time_s is not None and not self.max_time_s > 0:
-            raise InputError(f"max_time_s is {self.max_time_s}, expected a positive time")
+        if self.deadline_s is not None and not self.deadline_s > 0:
+            raise InputError(f"deadline_s is {self.deadline_s}, expected a positive time")
+        if not self.reuse_threshold >= 0:
+            raise InputError(
+                f"reuse_threshold is {self.reuse_threshold}, expected 0 or standard deviations"
+            )
 
     def thresholds(self, sensors: Sequence[str]) -> Array:
         """Return the thresholds of Huber's loss per sensor, `mhe.loss.LEAST_SQUARES` for none.
@@ -95,3 +107,9 @@ class MheConfig:
     def has_losses(self) -> bool:
         """Whether anything is weighed otherwise than by least squares."""
         return bool(self.huber) or self.sparse_noise is not None
+
+    @property
+    def reuse(self) -> float:
+        """Threshold of reuse where the arrival cost and the losses allow it, else 0."""
+        slides = self.arrival_cost in ("filtered", "smoothed") and not self.has_losses
+        return self.reuse_threshold if slides else 0.0

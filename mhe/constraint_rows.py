@@ -21,7 +21,20 @@ def constrain_function(model: StateSpaceModel) -> ca.Function:
 
     C (n_x, n_c) holds the rows' derivatives along the tangent space, one per column.
     """
-    x, delta = ca.SX.sym("x", model.n_x), ca.SX.sym("delta", model.n_x)
+    x = ca.SX.sym("x", model.n_x)
+    results = [ca.densify(value) for value in _rows(model, x)]
+    return ca.Function("constrain", [x], results, ["x"], ["g", "C"], {"cse": True})
+
+
+def slope_pattern(model: StateSpaceModel) -> ca.Sparsity:
+    """Return which entries of C (n_x, n_c) can differ from zero."""
+    _, C = _rows(model, ca.SX.sym("x", model.n_x))
+    return C.sparsity()
+
+
+def _rows(model: StateSpaceModel, x: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Return g (n_c,) and C (n_x, n_c) at x."""
+    delta = ca.SX.sym("delta", model.n_x)
     moved = model.retract(x, delta)
     below, above = np.isfinite(model.lower), np.isfinite(model.upper)
     g = ca.vertcat(
@@ -32,8 +45,7 @@ def constrain_function(model: StateSpaceModel) -> ca.Function:
     )
     origin = ca.SX.zeros(model.n_x)
     C = ca.substitute(ca.jacobian(g, delta).T, delta, origin)
-    results = [ca.densify(ca.substitute(g, delta, origin)), ca.densify(C)]
-    return ca.Function("constrain", [x], results, ["x"], ["g", "C"], {"cse": True})
+    return ca.substitute(g, delta, origin), C
 
 
 def count(model: StateSpaceModel) -> int:
@@ -63,4 +75,10 @@ def needs(model: StateSpaceModel) -> NDArray[np.bool_]:
 def demanded(model: StateSpaceModel, y: Array) -> NDArray[np.bool_]:
     """Return which rows (n_c,) an instant with readings y (n_y,), NaN = missing, demands."""
     missing: NDArray[np.bool_] = needs(model) @ ~np.isfinite(y)
+    return ~missing
+
+
+def inequality_demanded(model: StateSpaceModel, y: Array) -> NDArray[np.bool_]:
+    """Return the last part of `demanded`: rows (n_g,) of the inequality, not of the bounds."""
+    missing: NDArray[np.bool_] = model.inequality_needs @ ~np.isfinite(y)
     return ~missing

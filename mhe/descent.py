@@ -14,6 +14,12 @@ step g - z in units of the whitened problem, in which the Hessian is at least th
    cannot judge it any more. Then a step is kept if the step after it is shorter, else it
    is halved.
 
+5. *Constraints.* Bounds and inequalities hold at g, a linearised optimum that meets their rows
+   (`mhe.active_set`). The line search judges J + Σ ρ · violation, with weights ρ above every
+   multiplier so far (at least twice it): its slope is then at least as steep as J's without
+   them. Where the rows curve, this merit may refuse good full steps (Maratos effect): below
+   `GATE` such a step is taken and settled as in 3. Points are forgotten when the set changes.
+
 It ends with a step shorter than the tolerance (solved), or where halving does not help any
 more: solved, if the step is shorter than ``FLOOR``, the accuracy that rounding allows.
 
@@ -32,7 +38,6 @@ Walker, Ni (2011), Anderson acceleration for fixed-point iterations, SIAM J. Num
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -70,11 +75,40 @@ DESCENT: Mapping[str, float] = MappingProxyType(
 """The constants as macros for C."""
 
 
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """The linearised window's optimum.
+
+    Parameters
+    ----------
+    g : the point; meets all rows
+    length : squared length of the step to it from the current point
+    status : whether its rows can be met
+    is_changed : whether other rows hold it than held the one before
+    """
+
+    g: Array
+    length: float
+    status: Status = Status.SOLVED
+    is_changed: bool = False
+
+
 class Descending(Protocol):
     """What is descended on: a current point, and a candidate beside it."""
 
-    def linearise(self) -> tuple[Array, float]:
-        """Return g and the squared length of the step to it from the current point."""
+    is_constrained: bool
+
+    def linearise(self) -> Linearised:
+        """Return the linearised optimum around the current point."""
+
+    def penalty(self) -> float:
+        """Return the weighed violation of the rows at the current point."""
+
+    def penalty_tried(self) -> float:
+        """Return that of the candidate, in the same weights."""
+
+    def is_late(self) -> bool:
+        """Return whether another pass would end too late."""
 
     def propose(self, z: Array) -> float:
         """Make z the candidate; return its cost."""
@@ -88,11 +122,15 @@ class Descending(Protocol):
 
 @dataclass(frozen=True)
 class Descended:
-    """How a descent ended: cost of the current point, status, number of passes."""
+    """How a descent ended: cost of the current point, status, number of passes.
+
+    ``kkt`` is the length of the last step that was judged, in standard deviations.
+    """
 
     cost: float
     status: Status
     iterations: int
+    kkt: float = math.nan
 
 
 def descend(
@@ -104,21 +142,19 @@ def descend(
     ----------
     made : iterations that this window has had already
     """
-    J, began, alpha, base = cost, time.perf_counter(), 1.0, math.inf
+    J, alpha, base, kkt = cost, 1.0, math.inf, math.nan
     points: list[tuple[Array, Array]] = []
     settling = accelerated = False
     iterations = made
     while True:
         iterations += 1
-        g, length = problem.linearise()
+        found = problem.linearise()
+        g, length, failed = found.g, found.length, found.status
         if not math.isfinite(length):
-            return Descended(J, Status.NOT_FINITE, iterations)
-        over = Status.SOLVED
-        if iterations >= config.max_iterations:
-            over = Status.ITERATION_LIMIT
-        elif time.perf_counter() - began > (config.max_time_s or math.inf):
-            over = Status.TIME_LIMIT
+            return Descended(J, Status.NOT_FINITE, iterations, kkt)
+        limited = iterations >= config.max_iterations
         if settling and not length < base:  # the cost cannot tell, the step's length can
+            over = _stopped(problem, limited)
             alpha = 1.0 if accelerated else alpha / 2
             accelerated = False
             is_stuck = alpha < SHORTEST_SETTLING
@@ -128,40 +164,56 @@ def descend(
                 problem.take()
                 failed = over or Status.SOLVER_FAILED
                 status = Status.SOLVED if math.sqrt(base) <= FLOOR else failed
-                return Descended(J, status, iterations)
+                return Descended(J, status, iterations, kkt)
             z = (1 - alpha) * z + alpha * g
             J = problem.propose(z)
         else:
-            points = [(z, g), *points[:2]]
+            points = [(z, g)] if found.is_changed else [(z, g), *points[:2]]
             base, alpha = length, 1.0
-            is_last = math.sqrt(length) <= config.tolerance
+            kkt = math.sqrt(length)
+            is_last = kkt <= config.tolerance
             if config.max_iterations == 0 and not is_last:
-                return Descended(J, Status.ITERATION_LIMIT, iterations)
-            settling = math.isfinite(J) and length / 2 < RESOLUTION * max(1.0, abs(J))
+                return Descended(J, failed | Status.ITERATION_LIMIT, iterations, kkt)
+            level = J + problem.penalty()
+            settling = math.isfinite(level) and length / 2 < RESOLUTION * max(1.0, abs(level))
             z_try, J_try, accelerated = z, J, False
-            if not is_last and math.sqrt(length) < GATE:
+            if not is_last and kkt < GATE:
                 proposal = _accelerated(problem, points)
                 if proposal is not None:
                     z_try, J_try = proposal, problem.propose(proposal)
-                    falls = J_try <= J - SUFFICIENT * length
-                    accelerated = math.isfinite(J_try) if settling else falls
+                    tried = J_try + problem.penalty_tried()
+                    falls = tried <= level - SUFFICIENT * length
+                    accelerated = math.isfinite(tried) if settling else falls
             while not accelerated:
                 if alpha < SHORTEST_STEP:
-                    return Descended(J, Status.SOLVER_FAILED, iterations)
+                    return Descended(J, failed | Status.SOLVER_FAILED, iterations, kkt)
                 z_try = (1 - alpha) * z + alpha * g
                 J_try = problem.propose(z_try)
-                slack = ROUNDING * max(1.0, abs(J))
-                falls = J_try <= J - SUFFICIENT * alpha * length + slack
-                if math.isfinite(J_try) and (settling or is_last or falls):
+                tried = J_try + problem.penalty_tried()
+                slack = ROUNDING * max(1.0, abs(level))
+                falls = tried <= level - SUFFICIENT * alpha * length + slack
+                if math.isfinite(tried) and (settling or is_last or falls):
+                    break
+                if problem.is_constrained and alpha == 1 and math.isfinite(tried) and kkt < GATE:
+                    settling = True  # a curved row: its merit would shorten good steps
                     break
                 alpha /= 2
             z, J = z_try, J_try
             if is_last:
                 problem.take()
-                return Descended(J, Status.SOLVED, iterations)
+                return Descended(J, failed, iterations, kkt)
         problem.take()
-        if over:
-            return Descended(J, over, iterations)
+        if failed:
+            return Descended(J, failed, iterations, kkt)
+        if over := _stopped(problem, limited):
+            return Descended(J, over, iterations, kkt)
+
+
+def _stopped(problem: Descending, is_limited: bool) -> Status:
+    """Return why there may be no further pass; solved where there may."""
+    if is_limited:
+        return Status.ITERATION_LIMIT
+    return Status.TIME_LIMIT if problem.is_late() else Status.SOLVED
 
 
 def _accelerated(problem: Descending, points: Sequence[tuple[Array, Array]]) -> Array | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -13,14 +14,35 @@ from estimation.layout import Layout
 from estimation.recording import Measurement
 from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
+from mhe import constraint_rows
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide
 from mhe.config import MheConfig
-from mhe.descent import MOST_TURNS, WOUND, descend
-from mhe.interpreted_pass import Scales, View, WindowPass
+from mhe.deadline import Clock, Deadline
+from mhe.descent import MOST_TURNS, WOUND, Linearised, descend
+from mhe.interpreted_pass import BETWEEN_STAGES, PER_STAGE, Pass, Scales, View, WindowPass
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """How solving a window ended.
+
+    Parameters
+    ----------
+    newest : update of the newest stage; None where there was no pass
+    covariance : (n_x, n_x) of the newest state
+    kkt : see `estimation.estimate.Estimate.kkt_residual`
+    """
+
+    newest: Update | None
+    covariance: Array
+    status: Status
+    iterations: int = 0
+    cost: float = np.nan
+    kkt: float = np.nan
 
 
 class InterpretedWindow:
@@ -30,19 +52,27 @@ class InterpretedWindow:
     ----------
     memory : see `mhe.realtime.window_memory`
     iterates : passes to convergence, or one pass a sample
+    clock : for deadlines; None is the machine's own
     """
 
     def __init__(
-        self, model: StateSpaceModel, config: MheConfig, memory: Layout, iterates: bool
+        self,
+        model: StateSpaceModel,
+        config: MheConfig,
+        memory: Layout,
+        iterates: bool,
+        clock: Clock | None = None,
     ) -> None:
         self.memory, self.result = memory, result_layout(model)
         self._model, self._config, self._iterates = model, config, iterates
         self._pass = WindowPass(model, config)
+        self._reuse = 0.0 if iterates else config.reuse
+        self._deadline = Deadline(config.deadline_s, clock or time.perf_counter)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
         """Return the state after a measurement and what the step says; `given` stays."""
-        start = time.perf_counter()
+        self._deadline.begin()
         _, y = checked_input(self.memory, self._model.n_y, given, np.asarray(time_s), y)
         window = View.of(self.memory, given)
         if len(window.times) and time_s < window.times[-1]:
@@ -55,7 +85,7 @@ class InterpretedWindow:
             memory, result, status = self._attempt(given, time_s, nothing)
             status = status & ~Status.NO_READING | Status.NOT_FINITE
             self.result.view(result, "status")[...] = status.value
-        self.result.view(result, "step_time_s")[...] = time.perf_counter() - start
+        self.result.view(result, "step_time_s")[...] = self._deadline.passed_s
         return memory, result
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
@@ -65,28 +95,59 @@ class InterpretedWindow:
     def solve(self, given: Array) -> tuple[Array, Array]:
         """Converge on a window as it stands; return it solved, and the result."""
         memory = given.copy()
+        self._deadline.begin()
         window = View.of(self.memory, memory)
         for k, dt in enumerate(np.diff(window.times)):
             window.x[k + 1] = self._pass.call["move"](window.x[k], window.w[k], dt)[0]
-        newest, status, cost, iterations = self._converge(window)
-        state = GaussianState(window.x[-1], newest.state.covariance)
-        time_s = float(window.times[-1])
-        return memory, report(self.result, time_s, state, newest, status, iterations, cost)
+        solved = self._converge(window)
+        state = GaussianState(window.x[-1], solved.covariance)
+        return memory, self._report(window, state, solved, solved.status)
 
     def _attempt(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array, Status]:
         memory = self._slide(given, time_s, y)
         window = View.of(self.memory, memory)
-        if self._iterates:
-            newest, status, cost, iterations = self._converge(window)
+        if self._deadline.is_late(len(window.times)):
+            state, solved = self._only_predict(View.of(self.memory, given), window)
         else:
-            newest, status, cost, iterations = self._one_pass(window)
-        state = GaussianState(window.x[-1], newest.state.covariance)
+            solved = self._converge(window) if self._iterates else self._one_pass(window)
+            state = GaussianState(window.x[-1], solved.covariance)
+        status = solved.status
         if not (np.isfinite(state.mean).all() and np.isfinite(state.covariance).all()):
             status |= Status.NOT_FINITE
         window.newest.mean[:], window.newest.covariance[:] = state.mean, state.covariance
-        status |= remarks(self._model, state, y, newest.present)
-        result = report(self.result, time_s, state, newest, status, iterations, cost)
-        return memory, result, status
+        status |= remarks(self._model, state, y, window.present[-1] > 0)
+        return memory, self._report(window, state, solved, status), status
+
+    def _report(self, window: View, state: GaussianState, solved: Solved, status: Status) -> Array:
+        figures = solved.iterations, solved.cost, solved.kkt
+        time_s = float(window.times[-1])
+        return report(self.result, time_s, state, solved.newest, status, *figures)
+
+    def _only_predict(self, old: View, window: View) -> tuple[GaussianState, Solved]:
+        """Return the newest state as predicted from the last estimate."""
+        self._deadline.note_none()
+        covariance = window.newest.covariance
+        if len(old.times):
+            dt = float(window.times[-1] - old.times[-1])
+            last = GaussianState(old.x[-1], old.newest.covariance)
+            covariance = self._pass.stage.predict(last, dt).state.covariance
+        state = GaussianState(window.x[-1].copy(), covariance)
+        return state, Solved(None, covariance, Status.PREDICTED)
+
+    def _is_kept(self, window: View, k: int) -> bool:
+        """Whether a stage's estimate is so near its linearisation point that it keeps it."""
+        return self._reuse > 0 and window.moved[k] <= self._reuse**2
+
+    def _choose_points(self, window: View) -> None:
+        """Choose what the next pass is linearised at; see mhe/window.c."""
+        k = 0
+        while k + 1 < len(window.times) and self._is_kept(window, k):
+            k += 1
+        step = max(k - 1, 0)  # the noise that leads to stage k goes with it
+        window.x_lin[k:], window.w_lin[step:] = window.x[k:], window.w[step:]
+        if k == 0:
+            [deviation] = self._pass.call["difference"](window.x_lin[0], window.prior.mean)
+            window.prior_deviation[:] = -deviation
 
     def _slide(self, given: Array, time_s: float, y: Array) -> Array:
         """Append an instant, without the oldest stage where the window is full."""
@@ -96,12 +157,15 @@ class InterpretedWindow:
         kept = before - dropped
         layout.view(memory, "count")[...] = kept + 1
         new = View.of(layout, memory)
-        for block in ("times", "y", "present", "x", "predicted"):
+        for block in PER_STAGE:
             getattr(new, block)[:kept] = getattr(old, block)[dropped:]
-        new.w[: max(kept - 1, 0)] = old.w[dropped:]
+        for block in BETWEEN_STAGES:
+            getattr(new, block)[: max(kept - 1, 0)] = getattr(old, block)[dropped:]
         if dropped:
-            prior = self._arrive(old)
+            prior, new.prior_deviation[:] = self._arrive(old)
             new.prior.mean[:], new.prior.covariance[:] = prior.mean, prior.covariance
+        new.demanded[-1], new.active[-1] = constraint_rows.demanded(self._model, y), 0
+        new.moved[-1] = np.inf
         new.times[-1], new.y[-1] = time_s, without_gaps(y)
         new.present[-1] = rows_present(self._model, y)
         new.x[-1] = old.prior.mean
@@ -109,10 +173,22 @@ class InterpretedWindow:
             new.w[-1] = 0
             new.x[-1] = self._pass.call["move"](old.x[-1], new.w[-1], time_s - old.times[-1])[0]
         new.predicted[-1] = new.x[-1]
+        self._choose_points(new)
         return memory
 
-    def _arrive(self, window: View) -> GaussianState:
-        """Return the prior of the first stage that stays."""
+    def _arrive(self, window: View) -> tuple[GaussianState, Array]:
+        """Return the prior of the first stage that stays, and its deviation from its point.
+
+        A dropped stage that is kept is eliminated as its factors were made.
+        """
+        if self._is_kept(window, 0):
+            stage, dt = self._pass.stage, float(window.times[1] - window.times[0])
+            at = window.x_lin[0], window.prior_deviation
+            updated = stage.update(window.prior, window.y[0], window.present[0], *at)
+            point = window.x_lin[0], window.w_lin[0], None, updated.deviation
+            predicted = stage.predict(updated.state, dt, *point)
+            [defect] = self._pass.call["difference"](predicted.reached, window.x_lin[1])
+            return predicted.state, predicted.deviation + defect
         rows, _ = self._pass.weigh(window, 0, window.x[0])
         noises, _ = self._pass.call["shake"](window.w[0], self._config.noise_threshold)
         slide = Slide(
@@ -124,48 +200,67 @@ class InterpretedWindow:
             rows,
             noises,
         )
-        return ARRIVAL_COSTS[self._config.arrival_cost](self._pass.stage, slide)
+        prior = ARRIVAL_COSTS[self._config.arrival_cost](self._pass.stage, slide)
+        [deviation] = self._pass.call["difference"](prior.mean, window.x_lin[1])
+        return prior, deviation
 
-    def _one_pass(self, window: View) -> tuple[Update, Status, float, int]:
+    def _one_pass(self, window: View) -> Solved:
         """Make the linearised window's optimum the trajectory."""
+        began = self._deadline.now()
         cost, scales = 0.0, Scales(window.present, np.ones(window.w.shape))
         if self._config.has_losses:
             cost, scales = self._pass.measure(window, window.x, window.w)
-        [d] = self._pass.call["difference"](window.x[0], window.prior.mean)
-        found = self._pass.run(window, d, scales)
+        at = window.x_lin, window.w_lin
+        found = self._pass.run(window, -window.prior_deviation, scales, *at)
         if not (np.isfinite(found.length) and np.isfinite(cost)):
-            return found.newest, Status.NOT_FINITE, np.nan, 1
+            return Solved(found.newest, found.covariances[-1], Status.NOT_FINITE, 1)
+        self._deadline.note_pass(len(window.times), began)
         window.w[:] = found.w
-        window.x[:] = [self._pass.stage.retract(*p) for p in zip(window.x, found.d, strict=True)]
-        return found.newest, Status.SOLVED, np.nan, 1
+        for k, deviation in enumerate(found.d):
+            window.x[k] = self._pass.stage.retract(window.x_lin[k], deviation)
+        window.moved[:] = _moved(found) if self._reuse > 0 else np.inf
+        kkt = max(np.sqrt(found.length), self._largest_excess(window, found.row_std))
+        return Solved(found.newest, found.covariances[-1], found.held.status, 1, kkt=kkt)
 
-    def _converge(self, window: View) -> tuple[Update, Status, float, int]:
+    def _largest_excess(self, window: View, row_std: Array) -> float:
+        """Return what the trajectory exceeds a row by at most, in standard deviations."""
+        excess = self._pass.excess(window, window.x)
+        exceeded = excess > 0
+        return float((excess[exceeded] / row_std[exceeded]).max(initial=0.0))
+
+    def _converge(self, window: View) -> Solved:
         """Passes to convergence."""
-        point = _Point(self._pass, window)
+        point = _Point(self._pass, window, self._deadline)
         if not np.isfinite(point.readings):
-            newest = self._pass.run(window, point.d, point.scales).newest
-            return newest, Status.NOT_FINITE, np.nan, 1
+            found = self._pass.run(window, point.d, point.scales)
+            return Solved(found.newest, found.covariances[-1], Status.NOT_FINITE, 1)
         end = descend(point, point.z, point.cost, self._config)
         for _ in range(MOST_TURNS):
             if end.status is not Status.SOLVED or not point.is_wound:
                 break
-            again = _Point(self._pass, window)
+            again = _Point(self._pass, window, self._deadline)
             end = descend(again, again.z, again.cost, self._config, end.iterations)
             point = again
-        assert point.newest is not None
-        return point.newest, end.status, end.cost, end.iterations
+        assert point.found is not None
+        found = point.found
+        kkt = max(end.kkt, self._largest_excess(window, found.row_std))
+        covariance = found.covariances[-1]
+        return Solved(found.newest, covariance, end.status, end.iterations, end.cost, kkt)
 
 
 class _Point:
     """Current point and candidate of a descent on a window: see `mhe.descent.Descending`."""
 
-    def __init__(self, passes: WindowPass, window: View) -> None:
-        self._pass, self._window = passes, window
-        self.newest: Update | None = None
+    def __init__(self, passes: WindowPass, window: View, deadline: Deadline) -> None:
+        self._pass, self._window, self._deadline = passes, window, deadline
+        self.found: Pass | None = None
+        self.is_constrained = passes.n_c > 0
         [self.d] = passes.call["difference"](window.x[0], window.prior.mean)
         mu, self.distance = _prior_multiplier(window.prior.covariance, self.d)
         self.z = np.concatenate([mu, window.w.ravel()])
         self.readings, self.scales = passes.measure(window, window.x, window.w)
+        self._weights = np.zeros(passes.n_c)
+        self._violation = self._tried = passes.excess(window, window.x).sum(axis=0)
         self._candidate = self.z, self.d, window.x, self.scales
 
     @property
@@ -179,11 +274,23 @@ class _Point:
         [short] = self._pass.call["difference"](self._window.x[0], self._window.prior.mean)
         return bool((np.abs(self.d - short) > WOUND * np.maximum(1.0, np.abs(self.d))).any())
 
-    def linearise(self) -> tuple[Array, float]:
-        found = self._pass.run(self._window, self.d, self.scales)
-        self.newest = found.newest
+    def is_late(self) -> bool:
+        return self._deadline.is_late(len(self._window.times))
+
+    def linearise(self) -> Linearised:
+        began, before = self._deadline.now(), self._window.active.copy()
+        self.found = found = self._pass.run(self._window, self.d, self.scales)
+        self._deadline.note_pass(len(self._window.times), began)
+        multipliers = found.held.multipliers.reshape(-1, max(self._pass.n_c, 1))
+        if found.held.active.any():
+            self._weights = np.maximum(self._weights, 2 * multipliers.max(axis=0))
         step, P = found.mu - self.z[: len(found.mu)], self._window.prior.covariance
-        return np.concatenate([found.mu, found.w.ravel()]), found.length + float(step @ P @ step)
+        return Linearised(
+            np.concatenate([found.mu, found.w.ravel()]),
+            found.length + float(step @ P @ step),
+            found.held.status,
+            bool((before != self._window.active).any()),
+        )
 
     def propose(self, z: Array) -> float:
         window, n_x = self._window, len(self.d)
@@ -192,15 +299,33 @@ class _Point:
         x = self._pass.roll_out(window, d, w)
         cost, scales = self._pass.measure(window, x, w)
         self._candidate = z, d, x, scales
+        self._tried = self._pass.excess(window, x).sum(axis=0)
         return cost + float(mu @ d) / 2
+
+    def penalty(self) -> float:
+        return float(self._weights @ self._violation)
+
+    def penalty_tried(self) -> float:
+        return float(self._weights @ self._tried)
 
     def take(self) -> None:
         self.z, self.d, self._window.x[:], self.scales = self._candidate
         self._window.w[:] = self.z[len(self.d) :].reshape(self._window.w.shape)
+        self._violation = self._tried
 
     def inner(self, a: Array, b: Array) -> float:
         n_x, P = len(self.d), self._window.prior.covariance
         return float(a[:n_x] @ P @ b[:n_x] + a[n_x:] @ b[n_x:])
+
+
+def _moved(found: Pass) -> Array:
+    """Return the largest squared deviation (n,) of the stages, in variances."""
+    variances = np.diagonal(found.covariances, axis1=1, axis2=2)
+    squares = found.d**2
+    ratios = np.zeros(squares.shape)
+    np.divide(squares, variances, out=ratios, where=squares > 0)
+    largest: Array = ratios.max(axis=1)
+    return largest
 
 
 def _prior_multiplier(P: Array, d: Array) -> tuple[Array, float]:

@@ -17,6 +17,7 @@ from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse
 from mhe.config import MheConfig
+from mhe.constraint_rows import inequality_demanded
 from mhe.trajectory import Trajectory, WindowSolution
 from mhe.weights import Weights
 from mhe.window import WindowProblem
@@ -196,9 +197,10 @@ class MheIpopt:
 
     def _merit(self, trajectory: Trajectory, window: MheState) -> tuple[float, float]:
         model, violation = self.model, 0.0
-        for x in trajectory.states:
+        for x, measurement in zip(trajectory.states, window.measurements, strict=True):
             g = np.asarray(model.inequality(x)).ravel()
-            outside = np.concatenate([model.lower - x, x - model.upper, g])
+            asked = g[inequality_demanded(model, measurement.y)]
+            outside = np.concatenate([model.lower - x, x - model.upper, asked])
             violation = max(violation, float(outside.max(initial=0.0)))
         cost = self._cost(trajectory, window)
         return (violation if violation > FEASIBILITY_TOLERANCE else 0.0, cost)
@@ -249,6 +251,6 @@ class MheIpopt:
         }
         if self.config.hessian == "gauss-newton":
             options["hess_lag"] = self._problem.gauss_newton
-        if self.config.max_time_s is not None:
-            options["ipopt.max_wall_time"] = self.config.max_time_s
+        if self.config.deadline_s is not None:
+            options["ipopt.max_wall_time"] = self.config.deadline_s
         return options

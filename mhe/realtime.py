@@ -20,7 +20,9 @@ ICASSP.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -31,9 +33,11 @@ from estimation.kalman_stage import rows_present, without_gaps
 from estimation.layout import Layout
 from estimation.recording import Measurement
 from estimation.result import ResultReader
+from mhe import constraint_rows
 from mhe.arrival_cost import diffuse
 from mhe.compiled import CompiledWindow
 from mhe.config import MheConfig
+from mhe.deadline import Clock
 from mhe.interpreted import InterpretedWindow
 from mhe.trajectory import Trajectory, WindowSolution
 from models.arrays import Array
@@ -52,10 +56,13 @@ class WindowState:
 def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
     """Return the layout of a window: stages oldest first, `count` of them.
 
-    ``predicted`` is x_k|k-1 of each stage when it was the newest, ``newest_mean`` and
+    ``x_lin`` and ``w_lin`` are what the last pass was linearised at, ``moved`` the largest
+    squared deviation from there in variances, ``active`` and ``demanded`` marks of the rows of
+    `mhe.constraint_rows`. ``prior_deviation`` is that of the prior's mean from ``x_lin``,
+    ``predicted`` x_k|k-1 of each stage when it was the newest, ``newest_mean`` and
     ``newest_covariance`` the last estimate.
     """
-    n_x, n_w = model.n_x, model.n_w
+    n_x, n_w, n_c = model.n_x, model.n_w, constraint_rows.count(model)
     return Layout(
         "Memory",
         {
@@ -65,28 +72,87 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
             "present": (n_stages, model.n_r),
             "x": (n_stages, n_x),
             "w": (n_stages - 1, n_w),
+            "x_lin": (n_stages, n_x),
+            "w_lin": (n_stages - 1, n_w),
+            "moved": (n_stages,),
+            "active": (n_stages, n_c),
+            "demanded": (n_stages, n_c),
             "predicted": (n_stages, n_x),
             "prior_mean": (n_x,),
             "prior_covariance": (n_x, n_x),
+            "prior_deviation": (n_x,),
             "newest_mean": (n_x,),
             "newest_covariance": (n_x, n_x),
         },
     )
 
 
+def packed_window(
+    model: StateSpaceModel,
+    n_stages: int,
+    prior: GaussianState,
+    measurements: Sequence[Measurement],
+    trajectory: Trajectory,
+) -> WindowState:
+    """Return the state whose window holds some measurements and a trajectory.
+
+    Parameters
+    ----------
+    prior : of the first stage, given all measurements before it
+    measurements : at most `n_stages`
+    """
+    layout, count = window_memory(model, n_stages), len(measurements)
+    memory = np.zeros(layout.size)
+    states, noises = trajectory.states, trajectory.noises
+    per_stage: dict[str, Any] = {
+        "times": [m.time_s for m in measurements],
+        "y": [without_gaps(m.y) for m in measurements],
+        "present": [rows_present(model, m.y) for m in measurements],
+        "demanded": [constraint_rows.demanded(model, m.y) for m in measurements],
+        "x": states,
+        "x_lin": states,
+        "moved": np.inf,  # nothing has factors yet
+        "predicted": states,
+    }
+    for block, value in per_stage.items():
+        layout.view(memory, block)[:count] = value
+    whole: dict[str, Any] = {
+        "count": count,
+        "prior_mean": prior.mean,
+        "prior_covariance": prior.covariance,
+        "prior_deviation": -np.asarray(model.difference(states[0], prior.mean)).ravel(),
+        "newest_mean": states[-1],
+        "newest_covariance": prior.covariance,
+    }
+    for block, value in whole.items():
+        layout.view(memory, block)[...] = value
+    for block in ("w", "w_lin"):
+        layout.view(memory, block)[: count - 1] = noises
+    return WindowState(memory)
+
+
 class MheRti:
-    """Real-time iteration: one Gauss-Newton pass per sample."""
+    """Real-time iteration: one Gauss-Newton pass per sample.
+
+    Parameters
+    ----------
+    clock : of `MheConfig.deadline_s`; the machine's own by default
+    """
 
     name = "mhe-rti"
     iterates = False
 
-    def __init__(self, model: StateSpaceModel, config: MheConfig | None = None) -> None:
+    def __init__(
+        self,
+        model: StateSpaceModel,
+        config: MheConfig | None = None,
+        clock: Clock | None = None,
+    ) -> None:
         self.model = model
         self.config = config or MheConfig()
-        _refuse_constraints(self.name, model)
         memory = window_memory(model, self.config.horizon + 1)
         engine = InterpretedWindow if native.compiler() is None else CompiledWindow
-        self._engine = engine(model, self.config, memory, self.iterates)
+        self._engine = engine(model, self.config, memory, self.iterates, clock)
         self._reader = ResultReader(model)
         self._times, self._x = memory.slices["times"].start, memory.slices["x"].start
 
@@ -136,17 +202,9 @@ class MheRti:
             raise InputError(
                 f"a window of {count} measurements, expected 1 to {self.config.horizon + 1}"
             )
-        memory = np.zeros(layout.size)
-        layout.view(memory, "count")[...] = count
-        layout.view(memory, "times")[:count] = [m.time_s for m in measurements]
-        layout.view(memory, "y")[:count] = [without_gaps(m.y) for m in measurements]
-        layout.view(memory, "present")[:count] = [
-            rows_present(self.model, m.y) for m in measurements
-        ]
-        layout.view(memory, "x")[:count] = guess.states
-        layout.view(memory, "w")[: count - 1] = guess.noises
-        layout.view(memory, "prior_mean")[:] = prior.mean
-        layout.view(memory, "prior_covariance")[:] = prior.covariance
+        memory = packed_window(
+            self.model, self.config.horizon + 1, prior, measurements, guess
+        ).memory
         memory, result = self._engine.solve(memory)
         estimate = self._reader.estimate(result)
         found = Trajectory(
@@ -161,12 +219,3 @@ class Mhe(MheRti):
 
     name = "mhe"
     iterates = True
-
-
-def _refuse_constraints(name: str, model: StateSpaceModel) -> None:
-    bounded = np.isfinite(model.lower).any() or np.isfinite(model.upper).any()
-    if bounded or model.inequality.numel_out(0):
-        raise InputError(
-            f"{name} does not know bounds and inequalities yet and model {model.name} has some; "
-            "expected a model without them, or mhe-ipopt"
-        )

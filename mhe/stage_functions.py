@@ -6,6 +6,12 @@ the oldest, λ̂ = 0 at the newest (modified Bryson-Frazier form):
     retreat:  λ̂ = Fᵀ λ,   w_s = -D² Gᵀ λ
     smooth:   δ_s = δ⁺ - P⁺ λ̂,   λ = λ̂ - Hᵀ L⁻ᵀ (Wᵀ λ̂ + e)
 
+A shift s of the mean behind a stage (a multiplier's impulse, mhe/smoother.c) goes on, and comes
+back alone, through the same factors:
+
+    propagate:  z = F s,   Δe = -L⁻¹ H z,   Δδ⁺ = z + W Δe
+    absorb:     λ = λ̂ - Hᵀ L⁻ᵀ (Wᵀ λ̂ + Δe)
+
 Below the oldest stage, x_s = x̄ ⊞ (-P̄ λ): the prior's multiplier is μ = -λ. No covariance
 is ever inverted.
 
@@ -20,6 +26,7 @@ from __future__ import annotations
 import casadi as ca
 
 from estimation.kalman_stage import difference_function, stacked_residual
+from mhe.constraint_rows import constrain_function
 from mhe.loss import huber, huber_weight
 from models.state_space import StateSpaceModel
 
@@ -58,6 +65,35 @@ def smooth_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
         "H": H,
     }
     return _function("smooth", arguments, d_s=d_s, lam=lam, length=length)
+
+
+def spread_function(model: StateSpaceModel) -> ca.Function:
+    """Return (P, v) → P v, summed in the order in which C does it."""
+    P, v = ca.SX.sym("P", model.n_x, model.n_x), ca.SX.sym("v", model.n_x)
+    return _function("spread", {"P": P, "v": v}, product=P @ v)
+
+
+def propagate_function(
+    model: StateSpaceModel, predict: ca.Function, update: ca.Function
+) -> ca.Function:
+    """Return (s, F, W, L, H) → (Δe, Δδ⁺)."""
+    n_x, n_r = model.n_x, model.n_r
+    shift, W = ca.SX.sym("shift", n_x), ca.SX.sym("W", n_x, n_r)
+    F = ca.SX.sym("F", predict.sparsity_out("F"))
+    L, H = ca.SX.sym("L", update.sparsity_out("L")), ca.SX.sym("H", update.sparsity_out("H"))
+    z = F @ shift
+    e = -ca.solve(L, H @ z)
+    arguments = {"shift": shift, "F": F, "W": W, "L": L, "H": H}
+    return _function("propagate", arguments, e=e, d_plus=z + W @ e)
+
+
+def absorb_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
+    """Return (λ̂, W, Δe, L, H) → λ."""
+    n_x, n_r = model.n_x, model.n_r
+    lam_hat, W, e = ca.SX.sym("lam_hat", n_x), ca.SX.sym("W", n_x, n_r), ca.SX.sym("e", n_r)
+    L, H = ca.SX.sym("L", update.sparsity_out("L")), ca.SX.sym("H", update.sparsity_out("H"))
+    lam = lam_hat - H.T @ ca.solve(L.T, W.T @ lam_hat + e)
+    return _function("absorb", {"lam_hat": lam_hat, "W": W, "e": e, "L": L, "H": H}, lam=lam)
 
 
 def measure_function(model: StateSpaceModel) -> ca.Function:
@@ -113,6 +149,9 @@ def window_functions(
     return [
         retreat_function(model, predict),
         smooth_function(model, update),
+        propagate_function(model, predict, update),
+        absorb_function(model, update),
+        constrain_function(model),
         measure_function(model),
         shake_function(model),
         misjudge_function(model),

@@ -1,5 +1,11 @@
 /* The moving horizon: slide the window onto a measurement and solve it. Behind
- * mhe/descent.c. */
+ * mhe/one_pass.c and, where windows are converged on, mhe/descent.c. */
+
+/* Whether a stage's estimate is so near to its linearisation point that it keeps it. */
+static int is_kept(const Window *s, const real *memory, integer k)
+{
+    return s->reuse > 0 && memory[s->memory.moved + k] <= s->reuse * s->reuse;
+}
 
 /* Prior of the first stage that stays, given all readings before it: the dropped stage is
  * eliminated by one update and one prediction; see mhe/arrival_cost.py. `given` is the full
@@ -36,8 +42,10 @@ static void arrive(const Window *s, const real *given, real *memory)
         row_scale = o->row_scale;
         noise_scale = o->noise_scale;
     }
+    /* Eliminated as its factors were made, the dropped stage leaves those behind it as they are. */
+    const int kept = is_kept(s, given, 0);
     int at_window = s->arrival == ARRIVAL_smoothed;
-    if (s->arrival == ARRIVAL_filtered) {
+    if (s->arrival == ARRIVAL_filtered && !kept) {
         real off = 0;
         const real *judged[] = {mean, x, y, row_scale};
         real *results[] = {&off};
@@ -46,45 +54,84 @@ static void arrive(const Window *s, const real *given, real *memory)
     }
     const real dt = interval(s, given, 0);
     const real *x_lin = at_window ? x : mean;
-    real *updated[] = {o->d_plus, o->P_plus, 0, 0, 0, 0, 0, 0};
-    real *predicted[] = {o->reached, o->d_minus, new_P, 0, 0};
-    difference(s, mean, x_lin, o->d_minus);
-    update(m, o->d_minus, P, x_lin, y, row_scale, updated);
+    if (kept) {
+        at_window = 1;
+        x_lin = given + s->memory.x_lin;
+        w = given + s->memory.w_lin;
+        copy(o->d_minus_prior, given + s->memory.prior_deviation, n_x);
+    } else
+        difference(s, mean, x_lin, o->d_minus_prior);
+    real *updated[] = {o->d_prior, o->P_prior, 0, 0, 0, 0, 0, 0};
+    real *predicted[] = {o->reached, o->d_minus_prior, new_P, 0, 0};
+    update(m, o->d_minus_prior, P, x_lin, y, row_scale, updated);
     if (!at_window) { /* an EKF: predict from its new mean */
-        retract(m, mean, o->d_plus, o->x_try);
-        memset(o->d_plus, 0, (size_t)n_x * sizeof(real));
-        x_lin = o->x_try;
+        retract(m, mean, o->d_prior, o->x_prior);
+        memset(o->d_prior, 0, (size_t)n_x * sizeof(real));
+        x_lin = o->x_prior;
         w = o->no_noise;
     }
-    predict(m, o->d_plus, o->P_plus, x_lin, w, &dt, noise_scale, predicted);
-    retract(m, o->reached, o->d_minus, new_mean);
+    predict(m, o->d_prior, o->P_prior, x_lin, w, &dt, noise_scale, predicted);
+    retract(m, o->reached, o->d_minus_prior, new_mean);
+    real *deviation = memory + s->memory.prior_deviation;
+    const real *first = given + s->memory.x_lin + n_x;
+    if (kept) { /* exactly as the forward pass has it: its factors stay */
+        difference(s, o->reached, first, o->defect);
+        for (integer i = 0; i < n_x; i++) deviation[i] = o->d_minus_prior[i] + o->defect[i];
+    } else
+        difference(s, new_mean, first, deviation);
+}
+
+/* Linearisation points of the next pass: stages from the oldest keep theirs until the first that
+ * has moved; from there on all take their present estimates, for one moved stage changes the
+ * factors of all behind it. */
+static void choose_points(const Window *s, real *memory)
+{
+    const Memory *at = &s->memory;
+    const integer count = (integer)memory[at->count], n_x = s->model.n_x, n_w = s->model.n_w;
+    real *x_lin = memory + at->x_lin, *deviation = memory + at->prior_deviation;
+    integer k = 0;
+    while (k + 1 < count && is_kept(s, memory, k)) k++;
+    copy(STAGE(x_lin, k, n_x), STAGE(memory + at->x, k, n_x), (count - k) * n_x);
+    const integer step = k > 0 ? k - 1 : 0; /* the noise that leads to stage k goes with it */
+    copy(STAGE(memory + at->w_lin, step, n_w), STAGE(memory + at->w, step, n_w),
+         (count - 1 - step) * n_w);
+    if (k > 0) return;
+    difference(s, x_lin, memory + at->prior_mean, deviation);
+    for (integer i = 0; i < n_x; i++) deviation[i] = -deviation[i];
 }
 
 /* Copy `given` to `memory`, without its oldest stage where the window is full, and append
  * an instant whose state is predicted. */
-static void slide(const Window *s, const real *given, real *memory, real time,
-                  const real *y)
+static void slide(const Window *s, const real *given, real *memory, real time, const real *y)
 {
     const Model *m = &s->model;
     const Memory *at = &s->memory;
-    const integer n_x = m->n_x, n_w = m->n_w, n_y = m->n_y, n_r = m->n_r;
+    const integer n_x = m->n_x, n_w = m->n_w, n_y = m->n_y, n_r = m->n_r, n_c = s->n_c;
     const integer before = (integer)given[at->count], drop = before == s->n_stages;
     const integer kept = before - drop;
-    copy(memory + at->times, given + at->times + drop, kept);
-    copy(memory + at->y, given + at->y + drop * n_y, kept * n_y);
-    copy(memory + at->present, given + at->present + drop * n_r, kept * n_r);
-    copy(memory + at->x, given + at->x + drop * n_x, kept * n_x);
-    copy(memory + at->predicted, given + at->predicted + drop * n_x, kept * n_x);
-    if (kept > 0) copy(memory + at->w, given + at->w + drop * n_w, (kept - 1) * n_w);
-    if (drop)
-        arrive(s, given, memory);
-    else {
-        copy(memory + at->prior_mean, given + at->prior_mean, n_x);
-        copy(memory + at->prior_covariance, given + at->prior_covariance, n_x * n_x);
-    }
+    const struct { integer at, width, less; } blocks[] = {
+        {at->times, 1, 0},   {at->y, n_y, 0},       {at->present, n_r, 0}, {at->x, n_x, 0},
+        {at->x_lin, n_x, 0}, {at->moved, 1, 0},     {at->w, n_w, 1},       {at->w_lin, n_w, 1},
+        {at->active, n_c, 0}, {at->demanded, n_c, 0}, {at->predicted, n_x, 0}};
+    for (size_t b = 0; b < sizeof blocks / sizeof *blocks; b++)
+        if (kept > blocks[b].less)
+            copy(memory + blocks[b].at, given + blocks[b].at + drop * blocks[b].width,
+                 (kept - blocks[b].less) * blocks[b].width);
+    copy(memory + at->prior_mean, given + at->prior_mean, n_x);
+    copy(memory + at->prior_covariance, given + at->prior_covariance, n_x * n_x);
+    copy(memory + at->prior_deviation, given + at->prior_deviation, n_x);
+    if (drop) arrive(s, given, memory);
     memory[at->count] = (real)(kept + 1);
     memory[at->times + kept] = time;
+    memory[at->moved + kept] = INFINITY;
     mark_present(m, y, STAGE(memory + at->present, kept, n_r), STAGE(memory + at->y, kept, n_y));
+    for (integer j = 0; j < n_c; j++) {
+        real *demanded = STAGE(memory + at->demanded, kept, n_c) + j;
+        *demanded = 1;
+        for (integer i = 0; i < n_y; i++)
+            if (s->row_conditions[j * n_y + i] && !isfinite(y[i])) *demanded = 0;
+        STAGE(memory + at->active, kept, n_c)[j] = 0;
+    }
     real *newest = STAGE(memory + at->x, kept, n_x);
     if (before == 0)
         copy(newest, memory + at->prior_mean, n_x);
@@ -95,30 +142,68 @@ static void slide(const Window *s, const real *given, real *memory, real time,
              time - given[at->times + before - 1], newest);
     }
     copy(STAGE(memory + at->predicted, kept, n_x), newest, n_x);
+    choose_points(s, memory);
 }
 
+/* The last rung: the newest state as predicted from the last estimate, in no time. */
+static integer only_predict(const Window *s, const real *given, const real *memory, real *mean,
+                            real *covariance)
+{
+    const Model *m = &s->model;
+    const Memory *at = &s->memory;
+    const Work *o = &s->work;
+    const integer before = (integer)given[at->count], newest = (integer)memory[at->count] - 1;
+    const integer n_x = m->n_x;
+    copy(mean, STAGE(memory + at->x, newest, n_x), n_x);
+    copy(covariance, given + at->newest_covariance, n_x * n_x);
+    if (before > 0) {
+        const real dt = memory[at->times + newest] - given[at->times + before - 1];
+        const real *last = STAGE(given + at->x, before - 1, n_x);
+        real *predicted[] = {o->reached, o->d_minus_prior, covariance, 0, 0};
+        memset(o->d_prior, 0, (size_t)n_x * sizeof(real));
+        predict(m, o->d_prior, given + at->newest_covariance, last, o->no_noise, &dt,
+                o->unit_noises, predicted);
+    }
+    for (integer i = 0; i < m->n_r * m->n_r; i++) o->S[i] = NAN;
+    note_none(s);
+    return STATUS_PREDICTED;
+}
+
+/* Slide and solve, or only slide where a pass would be late: what is solved and the status. */
 static integer attempt(const Window *s, const real *given, real *memory, real time,
-                         const real *y, real *result)
+                       const real *y, double start, real *result)
 {
     const Model *m = &s->model;
     const Memory *at = &s->memory;
     const Work *o = &s->work;
     const integer n_x = m->n_x;
     slide(s, given, memory, time, y);
-    real cost = NAN, iterations = 1;
-    integer status = s->iterate ? converge(s, memory, &cost, &iterations) : one_pass(s, memory);
-    const integer newest = (integer)memory[at->count] - 1;
-    const real *mean = STAGE(memory + at->x, newest, n_x);
-    const real *covariance = STAGE(o->P_plus, newest, n_x * n_x);
+    Solved solved = {NAN, 0, NAN};
+    const integer count = (integer)memory[at->count], newest = count - 1;
+    real *mean = memory + at->newest_mean, *covariance = memory + at->newest_covariance;
+    const real *present = STAGE(memory + at->present, newest, m->n_r), *told = present;
+    integer status;
+    o->reused[0] = 0;
+    if (is_late(s, count, start)) {
+        status = only_predict(s, given, memory, mean, covariance);
+        told = o->nothing_present;
+    } else {
+#if CONVERGES
+        status = s->iterate ? converge(s, memory, start, &solved) : one_pass(s, memory, &solved);
+#else
+        status = one_pass(s, memory, &solved);
+#endif
+        copy(mean, STAGE(memory + at->x, newest, n_x), n_x);
+        copy(covariance, SLOT(o->P_plus, newest, n_x * n_x), n_x * n_x);
+    }
     if (!(all_finite(mean, n_x) && all_finite(covariance, n_x * n_x)))
         status |= STATUS_NOT_FINITE;
-    copy(memory + at->newest_mean, mean, n_x);
-    copy(memory + at->newest_covariance, covariance, n_x * n_x);
-    const real *present = STAGE(memory + at->present, newest, m->n_r);
     status |= remarks(m, mean, covariance, y, present);
-    report(m, &s->result, result, time, mean, covariance, o->v, o->S, present, status);
-    result[s->result.iterations] = iterations;
-    result[s->result.cost] = cost;
+    report(m, &s->result, result, time, mean, covariance, o->v, o->S, told, status);
+    result[s->result.iterations] = solved.passes;
+    result[s->result.cost] = solved.cost;
+    result[s->result.kkt] = solved.kkt;
+    result[s->result.reused] = o->reused[0];
     return status;
 }
 
@@ -127,39 +212,19 @@ void window_step(void *self, const real *given, real *memory, real time, const r
 {
     const Window *s = self;
     const Memory *at = &s->memory;
-    const real start = seconds();
+    const double start = now(s);
     const integer before = (integer)given[at->count];
     if (before > 0 && time < given[at->times + before - 1]) {
         copy(memory, given, at->size);
         report_late(&s->model, &s->result, result, given[at->times + before - 1],
                     given + at->newest_mean, given + at->newest_covariance);
-    } else if (attempt(s, given, memory, time, y, result) & STATUS_NOT_FINITE) {
+    } else if (attempt(s, given, memory, time, y, start, result) & STATUS_NOT_FINITE) {
         /* A reading so far off that its square overflows would spoil the window for N
          * steps: the instant stays, its readings go. */
-        integer status = attempt(s, given, memory, time, s->nothing, result);
+        integer status = attempt(s, given, memory, time, s->nothing, start, result);
         result[s->result.status] = (real)((status & ~STATUS_NO_READING) | STATUS_NOT_FINITE);
     }
-    result[s->result.step_time_s] = seconds() - start;
-}
-
-/* Converge on the window in `memory`, from the first state and the noises that it holds. */
-void window_solve(void *self, real *memory, real *result)
-{
-    const Window *s = self;
-    const integer newest = (integer)memory[s->memory.count] - 1, n_x = s->model.n_x;
-    real *x = memory + s->memory.x, *w = memory + s->memory.w;
-    real cost = NAN, iterations = 1;
-    const real start = seconds();
-    for (integer k = 0; k < newest; k++)
-        move(s, STAGE(x, k, n_x), STAGE(w, k, s->model.n_w), interval(s, memory, k),
-             STAGE(x, k + 1, n_x));
-    const integer status = converge(s, memory, &cost, &iterations);
-    copy(result + s->result.mean, STAGE(x, newest, n_x), n_x);
-    copy(result + s->result.covariance, STAGE(s->work.P_plus, newest, n_x * n_x), n_x * n_x);
-    result[s->result.status] = (real)status;
-    result[s->result.iterations] = iterations;
-    result[s->result.cost] = cost;
-    result[s->result.step_time_s] = seconds() - start;
+    result[s->result.step_time_s] = (real)(now(s) - start);
 }
 
 int window_batch(Window *s, real *memory, real *other, integer n, const real *time,

@@ -3,6 +3,7 @@
     min  ½‖w₋₁‖² + Σ_k ρ(present_k · residual(y_k, x_k) / σ) + Σ_k ρ(w_k)
     s.t. x_0 = x̄ ⊞ L̄ w₋₁,   x_{k+1} = f(x_k, w_k, Δt_k),   bounds, g(x_k) ≤ 0
 
+Rows of g that a stage does not demand (`mhe.constraint_rows`) have no limit there.
 L̄ is the Cholesky factor of the arrival cost's covariance: like the process
 noise it enters as a unit noise w₋₁, so no covariance is ever inverted. ρ is half the sum of
 squares, or Huber's loss of `mhe.loss` where the configuration has thresholds. States
@@ -25,6 +26,7 @@ from scipy.linalg import solve_triangular
 from estimation.kalman_stage import rows_present, stacked_residual, without_gaps
 from estimation.recording import Measurement
 from mhe.config import MheConfig
+from mhe.constraint_rows import inequality_demanded
 from mhe.loss import LEAST_SQUARES, huber, huber_weight
 from mhe.trajectory import Trajectory
 from models.arrays import Array
@@ -139,16 +141,18 @@ class WindowProblem:
         )
 
     def constraint_bounds(self, measurements: tuple[Measurement, ...]) -> tuple[Array, Array]:
-        """Return (lower, upper) of the constraints; padding stages have no bounds."""
+        """Return (lower, upper) of the constraints; padding stages demand nothing."""
         model, n_pad = self.model, self.n_padded(measurements)
         equal, n_g = np.zeros(model.n_x), int(model.inequality.numel_out(0))
         bounded = list(self.bounded)
         lower, upper = [equal], [equal]
         for k in range(self.n_intervals + 1):
             real = k >= n_pad
+            asked = np.zeros(n_g, dtype=bool)
+            if real:
+                asked = inequality_demanded(model, measurements[k - n_pad].y)
             lower += [np.where(real, model.lower[bounded], -np.inf), np.full(n_g, -np.inf)]
-            upper += [np.where(real, model.upper[bounded], np.inf)]
-            upper += [np.zeros(n_g) if real else np.full(n_g, np.inf)]
+            upper += [np.where(real, model.upper[bounded], np.inf), np.where(asked, 0.0, np.inf)]
             if k < self.n_intervals:
                 lower.append(equal)
                 upper.append(equal)

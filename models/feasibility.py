@@ -5,7 +5,10 @@ linear program:
 
     a_i · x + b_i ≤ 0   for every affine row i,   lower ≤ x ≤ upper
 
-Rows that are not affine are left to the solver, which says `INFEASIBLE` while
+A row that only instants with certain readings demand has a program of its own, with all
+rows that such an instant demands in any case: those with the same conditions or fewer. Two
+rows with different conditions may contradict each other, as no instant need ever demand
+both. Where one does, and for rows that are not affine, the solver says `INFEASIBLE` while
 it runs.
 """
 
@@ -55,17 +58,34 @@ def feasible(model: StateSpaceModel) -> StateSpaceModel:
     Raises
     ------
     InputError
-        If no state meets them; the message names a smallest set of rows that
-        cannot be met, counted from 1, and the bounds that take part.
+        If no state meets those of some instant; the message names a smallest set of rows
+        that cannot be met, counted from 1, and the bounds that take part.
     """
     x = ca.vertcat(*(ca.SX.sym(name) for name in model.state_names))
     rows = ca.vertcat(model.inequality(x))
     A, b = _affine_rows(rows, x)
-    if _is_feasible(A, b, A.keys(), model.lower, model.upper):
-        return model
+    needs = model.inequality_needs
+    # Fewest conditions first: a conflict is told with the fewest rows.
+    patterns = {tuple(needs[row].tolist()) for row in A}
+    for pattern in sorted(patterns, key=lambda pattern: (sum(pattern), pattern)):
+        needed = np.array(pattern, dtype=bool)
+        demanded = [row for row in A if not (needs[row] & ~needed).any()]
+        if not _is_feasible(A, b, demanded, model.lower, model.upper):
+            raise _refusal(model, rows, A, b, demanded)
+    return model
+
+
+def _refusal(
+    model: StateSpaceModel,
+    texts: ca.SX,
+    A: dict[int, Array],
+    b: dict[int, float],
+    demanded: list[int],
+) -> InputError:
+    """Return what to say of rows that no state meets: a smallest set of them, with bounds."""
     lower, upper = model.lower.copy(), model.upper.copy()
-    conflict = list(A)
-    for row in A:
+    conflict = list(demanded)
+    for row in demanded:
         others = [other for other in conflict if other != row]
         if not _is_feasible(A, b, others, lower, upper):
             conflict = others
@@ -75,16 +95,25 @@ def feasible(model: StateSpaceModel) -> StateSpaceModel:
         lower[state], upper[state] = -np.inf, np.inf
         if _is_feasible(A, b, conflict, lower, upper):
             lower[state], upper[state] = kept
-    demands = [f"row {row + 1} of the inequality ({rows[row]} <= 0)" for row in conflict]
+    demands = [
+        f"row {row + 1} of the inequality ({texts[row]} <= 0{_condition(model, row)})"
+        for row in conflict
+    ]
     demands += [
         f"the bound on {model.state_names[state]} ({lower[state]:g} to {upper[state]:g})"
         for state in bounded
         if np.isfinite(lower[state]) or np.isfinite(upper[state])
     ]
-    raise InputError(
+    return InputError(
         f"model {model.name}: no state meets {' and '.join(demands)}, "
         "expected constraints that some state meets"
     )
+
+
+def _condition(model: StateSpaceModel, row: int) -> str:
+    """Say which readings make an instant demand a row: `` where there is contact_z``."""
+    names = np.array(model.reading_names)[model.inequality_needs[row]]
+    return f" where there is {' and '.join(names)}" if len(names) else ""
 
 
 def _affine_rows(rows: ca.SX, x: ca.SX) -> tuple[dict[int, Array], dict[int, float]]:

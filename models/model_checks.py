@@ -50,6 +50,13 @@ def check_model(model: StateSpaceModel) -> None:
     for what, (size, wanted) in expected.items():
         if size != wanted:
             raise InputError(f"model {model.name}: {what} has {size} entries, expected {wanted}")
+    if model.conditions is not None:
+        conditions, rows = model.conditions, (int(model.inequality.numel_out(0)), model.n_y)
+        if conditions.shape != rows or conditions.dtype != np.bool_:
+            raise InputError(
+                f"model {model.name}: conditions have shape {conditions.shape} of "
+                f"{conditions.dtype}, expected {rows} of bool: rows of the inequality, readings"
+            )
     mean, covariance = model.prior.mean, model.prior.covariance
     for what, array, shape in (("mean", mean, (n_x,)), ("covariance", covariance, (n_x, n_x))):
         if array.shape != shape:

@@ -29,6 +29,7 @@ from models.config import UnitConfig
 from models.heading import heading_symmetry
 from models.kinematics import RigidBody
 from models.measurement import MovingBody
+from models.paper import Paper, above_paper, check_paper
 from models.printed import PrintedBody, PrintedError, check_printed_pen
 from models.process_noise import constant_acceleration, white_jerk_factor
 from models.rotation import world_to_body
@@ -91,6 +92,7 @@ class PenConfig(UnitConfig):
     bounds : state name → (lower, upper), in the state's unit
     printed_errors : errors of [Pen] that this pen's accelerometers make, for comparison;
         none is the rigid body, all are the paper's (4)-(6), see `models.printed`
+    paper : what the tip may not pass, see `models.paper`; None leaves it free
     """
 
     name: str
@@ -103,6 +105,7 @@ class PenConfig(UnitConfig):
     bounds: Mapping[str, tuple[Limit, Limit]] = Field(default_factory=dict)
     sensors: Annotated[Mapping[str, Sensor], Field(min_length=1)]
     printed_errors: tuple[PrintedError, ...] = ()
+    paper: Paper | None = None
 
     @field_validator("printed_errors")
     @classmethod
@@ -111,6 +114,12 @@ class PenConfig(UnitConfig):
     ) -> tuple[PrintedError, ...]:
         check_printed_pen(errors, **info.data)
         return errors
+
+    @field_validator("paper")
+    @classmethod
+    def _fits_bounds_and_sensors(cls, paper: Paper | None, info: ValidationInfo) -> Paper | None:
+        check_paper(paper, **info.data)
+        return paper
 
 
 def kinematic_states(degrees_of_freedom: int) -> tuple[tuple[str, str], ...]:
@@ -170,7 +179,8 @@ def pen_model(
         symmetries=(heading_symmetry(n_q, model.n_x, _centre(chosen.values())),),
         reach=np.array([config.reach_m] * 3 + [np.inf] * (model.n_x - 3)),
     )
-    return model.bounded(**config.bounds)
+    model = model.bounded(**config.bounds)
+    return model if config.paper is None else above_paper(model, config.paper)
 
 
 def _centre(sensors: Iterable[Any]) -> Array | None:

@@ -10,7 +10,7 @@ vector, ``difference(a, b)`` is the tangent vector from b to a.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -105,7 +105,7 @@ class StateSpaceModel:
 
     @cached_property
     def inequality_needs(self) -> NDArray[np.bool_]:
-        """(n_g, n_y): which readings an instant must have for a row of the inequality to hold."""
+        """(n_g, n_y): readings that an instant must have to demand a row of the inequality."""
         if self.conditions is None:
             return np.zeros((self.inequality.numel_out(0), self.n_y), dtype=bool)
         return self.conditions
@@ -176,22 +176,44 @@ class StateSpaceModel:
             lower[index], upper[index] = low, high
         return feasible(self.replace(lower=lower, upper=upper))
 
-    def constrained(self, inequality: Callable[[ca.SX], ca.SX]) -> StateSpaceModel:
+    def constrained(
+        self, inequality: Callable[[ca.SX], ca.SX], needs: Iterable[str] | None = None
+    ) -> StateSpaceModel:
         """Return a copy that also demands ``inequality(x) <= 0``, row by row.
 
         Parameters
         ----------
         inequality : takes the symbolic state (n_x,) and returns (n_g,) expressions
+        needs : names of readings, as of `reading_names`: only an instant that has all of
+            them demands these rows; every instant does without any
 
         Raises
         ------
         InputError
-            If no state meets the affine rows and the bounds; see `models.feasibility`.
+            If a reading is unknown, or no state meets the affine rows and the bounds that
+            some instant demands; see `models.feasibility`.
         """
         x = ca.SX.sym("x", self.n_x)
-        rows = ca.vertcat(self.inequality(x), inequality(x))
+        added = ca.vertcat(inequality(x))
+        rows = ca.vertcat(self.inequality(x), added)
         g = ca.Function("inequality", [x], [rows], ["x"], ["g"])
-        return feasible(self.replace(inequality=g))
+        needed = self._needed(needs)
+        conditions = self.conditions
+        if conditions is not None or needed.any():
+            of_added = np.tile(needed, (added.numel(), 1))
+            conditions = np.vstack([self.inequality_needs, of_added])
+        return feasible(self.replace(inequality=g, conditions=conditions))
+
+    def _needed(self, readings: Iterable[str] | None) -> NDArray[np.bool_]:
+        """Return (n_y,) which of the stacked readings are named; none for None."""
+        names = (readings,) if isinstance(readings, str) else tuple(readings or ())
+        for name in names:
+            if name not in self.reading_names:
+                raise InputError(
+                    f"model {self.name}: an inequality needs the unknown reading {name}; "
+                    f"expected one of {', '.join(self.reading_names)}"
+                )
+        return np.isin(self.reading_names, names)
 
     def __repr__(self) -> str:
         lines = [f"StateSpaceModel {self.name}: {self.n_x} states, {self.n_w} noises"]

@@ -71,7 +71,9 @@ def estimate(
     max_iterations: Annotated[int, typer.Option(help="Of the MHE's solver, per step.")] = (
         MHE.max_iterations
     ),
-    max_time: Annotated[float | None, typer.Option(help="Of the MHE's solver, s per step.")] = None,
+    deadline: Annotated[
+        float | None, typer.Option(help="Of the MHE: s per step, the best so far is returned.")
+    ] = None,
     camera_rate: Annotated[float | None, typer.Option(help="Use fewer frames: Hz.")] = None,
     camera_phase: Annotated[int, typer.Option(help="Which of the frames to keep.")] = 0,
     duration: Annotated[float | None, typer.Option(help="Use only the first seconds.")] = None,
@@ -105,7 +107,7 @@ def estimate(
                 huber=thresholds(huber),
                 sparse_noise=sparse_noise,
                 max_iterations=max_iterations,
-                max_time_s=max_time,
+                deadline_s=deadline,
             )
         )
         thinning = CameraThinning(camera_rate, camera_phase) if camera_rate is not None else None

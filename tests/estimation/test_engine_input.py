@@ -81,10 +81,10 @@ def test_a_window_of_another_length(n: int) -> None:
 
 def test_settings_may_be_of_any_number_type() -> None:
     """They become C numbers: a whole number where C has a double must not fail to compile."""
-    settings: dict[str, Any] = {"tolerance": 1, "sparse_noise": 2, "max_time_s": 10}
+    settings: dict[str, Any] = {"tolerance": 1, "sparse_noise": 2, "deadline_s": 10}
     whole = MheConfig(np.int64(3), huber={"first": 2}, max_iterations=np.int32(50), **settings)  # type: ignore[arg-type]
     plain = MheConfig(
-        3, tolerance=1.0, sparse_noise=2.0, max_time_s=10.0, huber={"first": 2.0}, max_iterations=50
+        3, tolerance=1.0, sparse_noise=2.0, deadline_s=10.0, huber={"first": 2.0}, max_iterations=50
     )
     time_s, y = np.arange(8.0), np.random.default_rng(1).standard_normal((8, 3))
     histories = []

@@ -73,11 +73,11 @@ def test_declaration_names_every_field_and_its_type() -> None:
     )
     assert declaration(kind).splitlines() == [
         "typedef struct {",
-        "    long long n;",
-        "    double tolerance;",
+        "    integer n;",
+        "    real tolerance;",
         "    generated step;",
-        "    double * table;",
-        "    long long * rows;",
+        "    real * table;",
+        "    integer * rows;",
         "    unsigned char * needs;",
         "    Example at;",
         "} Mixed;",
@@ -93,7 +93,9 @@ def test_c_and_python_agree_where_a_field_stands(tmp_path: Path) -> None:
         [
             "#include <stddef.h>",
             "#include <stdio.h>",
-            "typedef int (*generated)(const double **, double **, long long *, double *, int);",
+            "typedef double real;",
+            "typedef long long integer;",
+            "typedef int (*generated)(const real **, real **, integer *, real *, int);",
             *(declaration(kind) for kind in kinds),
             "int main(void) {",
             *(f'    printf("%zu\\n", offsetof({kind.__name__}, {name}));' for kind, name in fields),

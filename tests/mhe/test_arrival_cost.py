@@ -143,7 +143,7 @@ def test_the_three_differ(estimator: str) -> None:
         ({"horizon": 0}, "horizon"),
         ({"arrival_cost": "exact"}, "exact.*none, constant, filtered, smoothed"),
         ({"max_iterations": -1}, "max_iterations"),
-        ({"max_time_s": 0.0}, "max_time_s"),
+        ({"deadline_s": 0.0}, "deadline_s"),
         ({"tolerance": 0.0}, "tolerance"),
     ],
 )

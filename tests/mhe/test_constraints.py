@@ -10,12 +10,11 @@ import pytest
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheConfig
-from mhe.ipopt import MheIpopt
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from tests.estimation import pens
 from tests.linear_models import LinearSystem, constant_acceleration_system, coupled_system
-from tests.mhe.runs import full_length, linear_batch, run_mhe
+from tests.mhe.runs import CONVERGING, ESTIMATORS, full_length, linear_batch, run_mhe
 from tests.references.constrained import solve_constrained
 
 TOLERANCE = 1e-6
@@ -67,14 +66,15 @@ def stricter_error(states: Array, wanted: Array, std: Array) -> float:
     return float(np.maximum(error, error / std).max())
 
 
+@pytest.mark.parametrize("estimator", CONVERGING)
 @pytest.mark.parametrize("name", LINEAR)
-def test_linear_windows_while_they_grow(name: str) -> None:
+def test_linear_windows_while_they_grow(name: str, estimator: str) -> None:
     system, seed, with_bound, with_inequality = LINEAR[name]
     rng = np.random.default_rng(seed)
     times = np.cumsum(rng.uniform(0.05, 0.2, N_STAGES))
     measurements = system.simulate(times, rng, missing=0.2)
     model, C, d = constrained_case(system, measurements)
-    estimates = run_mhe(model, measurements, MheConfig(horizon=N_STAGES - 1))
+    estimates = run_mhe(model, measurements, MheConfig(horizon=N_STAGES - 1), estimator)
     for k, estimate in enumerate(estimates):
         wanted = solve_constrained(linear_batch(system, measurements[: k + 1]), C, d)
         assert estimate.window is not None
@@ -87,8 +87,9 @@ def test_linear_windows_while_they_grow(name: str) -> None:
     assert not wanted.active.all()
 
 
+@pytest.mark.parametrize("estimator", CONVERGING)
 @pytest.mark.parametrize("seed", [0, 1, 4])
-def test_pen_above_its_desk_and_beside_a_wall(seed: int) -> None:
+def test_pen_above_its_desk_and_beside_a_wall(seed: int, estimator: str) -> None:
     """tip_z >= c at several stages, and tip_x + tip_y <= c, on the nonlinear pen."""
     run = pens.draw_pen_run(N_STAGES, seed)
     free = pens.pen_batch(run.measurements).solve().states
@@ -96,7 +97,7 @@ def test_pen_above_its_desk_and_beside_a_wall(seed: int) -> None:
     model = run.model.bounded(tip_z_m=(desk, np.inf)).constrained(lambda x: x[0] + x[1] - wall)
     C, d = np.zeros((2, 15)), np.array([-desk, wall])
     C[0, 2], C[1, :2] = -1, 1
-    mhe = MheIpopt(model, MheConfig(horizon=full_length(run.measurements)))
+    mhe = ESTIMATORS[estimator](model, MheConfig(horizon=full_length(run.measurements)))
     state, errors = mhe.init(), []
     for k, measurement in enumerate(run.measurements):
         state, estimate = mhe.step(state, measurement)
@@ -110,24 +111,26 @@ def test_pen_above_its_desk_and_beside_a_wall(seed: int) -> None:
     assert wanted.active.any()
 
 
-def test_bounds_that_are_far_away_change_nothing() -> None:
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_bounds_that_are_far_away_change_nothing(estimator: str) -> None:
     system, rng = coupled_system(3), np.random.default_rng(2)
     measurements = system.simulate(np.cumsum(rng.uniform(0.05, 0.2, 8)), rng)
     config = MheConfig(horizon=4, tolerance=1e-10)
-    free = run_mhe(system.model, measurements, config)
+    free = run_mhe(system.model, measurements, config, estimator)
     far = system.model.bounded(s0_m=(-1e3, 1e3)).constrained(lambda x: x[1] - 1e3)
-    for one, other in zip(free, run_mhe(far, measurements, config), strict=True):
+    for one, other in zip(free, run_mhe(far, measurements, config, estimator), strict=True):
         assert np.abs((one.state.mean - other.state.mean) / one.state.std).max() < TOLERANCE
 
 
-def test_a_bound_outlives_the_stage_that_carried_it() -> None:
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_bound_outlives_the_stage_that_carried_it(estimator: str) -> None:
     """A sliding window: every newest estimate obeys, also long after the first windows."""
     system, rng = constant_acceleration_system(1), np.random.default_rng(6)
     measurements = system.simulate(np.cumsum(rng.uniform(0.05, 0.2, 30)), rng, missing=0.0)
     level = float(np.median([m.y[0] for m in measurements]))
     model = system.model.bounded(s0_m=(-np.inf, level))
-    estimates = run_mhe(model, measurements, MheConfig(horizon=4))
-    free = run_mhe(system.model, measurements, MheConfig(horizon=4))
+    estimates = run_mhe(model, measurements, MheConfig(horizon=4), estimator)
+    free = run_mhe(system.model, measurements, MheConfig(horizon=4), estimator)
     newest = np.array([estimate.state.mean[0] for estimate in estimates])
     assert sum(estimate.state.mean[0] > level for estimate in free) > 5
     assert (newest <= level + 1e-8).all()

@@ -35,7 +35,8 @@ def largest_error(move: Moved, wanted: Trajectory, covariance: Array, mhe: MheRt
 @pytest.mark.parametrize("arrival_cost", ["filtered", "smoothed", "constant"])
 @pytest.mark.parametrize("horizon", [1, 5, 13])
 def test_on_the_pen(horizon: int, arrival_cost: str) -> None:
-    mhe = MheRti(RUN.model, MheConfig(horizon=horizon, arrival_cost=arrival_cost))
+    config = MheConfig(horizon, arrival_cost=arrival_cost, reuse_threshold=0.0)
+    mhe = MheRti(RUN.model, config)
     moved = []
     for move in moves(mhe, RUN.measurements):
         window = DenseWindow(RUN.model, move.prior, move.measurements)
@@ -53,7 +54,7 @@ def test_on_the_pen(horizon: int, arrival_cost: str) -> None:
 @pytest.mark.parametrize("horizon", [2, 8])
 def test_on_a_pendulum_whose_trajectory_does_not_obey_its_dynamics(horizon: int, seed: int) -> None:
     """A pass makes the linearised window's optimum the trajectory: the pendulum is curved."""
-    mhe = MheRti(pendulum.model(), MheConfig(horizon=horizon))
+    mhe = MheRti(pendulum.model(), MheConfig(horizon=horizon, reuse_threshold=0.0))
     defects = []
     for move in moves(mhe, pendulum.simulate(25, seed)):
         times, y = [m.time_s for m in move.measurements], [m.y for m in move.measurements]

@@ -44,7 +44,7 @@ def warm_start(before: Estimate | None, state: MheState) -> Array:
         ({"max_iterations": 0}, Status.ITERATION_LIMIT),
         ({"max_iterations": 1}, Status.ITERATION_LIMIT),
         ({"max_iterations": 3}, Status.ITERATION_LIMIT),
-        ({"max_time_s": 1e-6}, Status.TIME_LIMIT),
+        ({"deadline_s": 1e-6}, Status.TIME_LIMIT),
     ],
 )
 def test_a_limit_returns_the_best_point(

@@ -147,9 +147,9 @@ def test_an_outliers_innovation_is_told_in_full(estimator: str) -> None:
 def test_a_threshold_that_nothing_reaches_is_least_squares(estimator: str) -> None:
     run = pens.draw_pen_run(14, seed=5)
     huber = {"accel": 1e6, "gyro": 1e6, "camera": 1e6}
-    far = MheConfig(6, huber=huber, sparse_noise=1e6)
+    far, plain = MheConfig(6, huber=huber, sparse_noise=1e6), MheConfig(6, reuse_threshold=0.0)
     losses, plain = (
-        run_mhe(run.model, run.measurements, config, estimator) for config in (far, MheConfig(6))
+        run_mhe(run.model, run.measurements, config, estimator) for config in (far, plain)
     )
     for one, other in zip(losses, plain, strict=True):
         np.testing.assert_array_equal(one.state.mean, other.state.mean)

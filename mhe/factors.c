@@ -1,0 +1,105 @@
+/* The forward pass: Kalman stages over the window. Behind mhe/trajectory.c.
+ *
+ * Its factors stay in the workspace. Where the next window's oldest stages have the same
+ * readings, linearisation points and prior, to the last bit, their factors are those of
+ * the last pass and are not made again: what a pass says is the same either way. A slide moves no
+ * factors: stage k stands in slot (oldest slot + k), around a ring. */
+
+#define OLDEST_SLOT 0
+#define MADE 1
+
+static inline integer slot(const Window *s, integer k)
+{
+    const integer at = s->work.ring[OLDEST_SLOT] + k;
+    return at < s->n_stages ? at : at - s->n_stages;
+}
+
+#define SLOT(array, k, width) ((array) + slot(s, k) * (width))
+
+static inline int same(const real *a, const real *b, integer n)
+{
+    return memcmp(a, b, (size_t)n * sizeof(real)) == 0;
+}
+
+/* How many stages, from the oldest, have factors of what they are made of now. */
+static integer unchanged(const Window *s, const real *memory, const real *deviation,
+                         const real *x, const real *w, const real *row_scale,
+                         const real *noise_scale)
+{
+    const Model *m = &s->model;
+    const Work *o = &s->work;
+    const real *times = memory + s->memory.times, *y = memory + s->memory.y;
+    const integer count = (integer)memory[s->memory.count], n_x = m->n_x, n_w = m->n_w;
+    if (o->ring[MADE] > 1 && *SLOT(o->at_time, 0, 1) < times[0]) {
+        o->ring[OLDEST_SLOT] = slot(s, 1);
+        o->ring[MADE]--;
+    }
+    if (o->ring[MADE] == 0 || !same(SLOT(o->d_minus, 0, n_x), deviation, n_x)
+        || !same(SLOT(o->P_minus, 0, n_x * n_x), memory + s->memory.prior_covariance, n_x * n_x))
+        return 0;
+    integer k = 0;
+    for (; k < count && k < o->ring[MADE]; k++) {
+        if (*SLOT(o->at_time, k, 1) != times[k]) break;
+        if (!same(SLOT(o->at_x, k, n_x), STAGE(x, k, n_x), n_x)) break;
+        if (!same(SLOT(o->at_y, k, m->n_y), STAGE(y, k, m->n_y), m->n_y)) break;
+        if (!same(SLOT(o->at_rows, k, m->n_r), STAGE(row_scale, k, m->n_r), m->n_r)) break;
+        if (k == 0) continue;
+        if (!same(SLOT(o->at_w, k, n_w), STAGE(w, k - 1, n_w), n_w)) break;
+        if (!same(SLOT(o->at_noises, k, n_w), STAGE(noise_scale, k - 1, n_w), n_w)) break;
+    }
+    return k;
+}
+
+/* Kalman stages linearised at (x, w), from the prior's deviation δ⁻ at the first stage.
+ * Returns the sum of squared whitened innovations. */
+static real forward(const Window *s, const real *memory, const real *deviation, const real *x,
+                    const real *w, const real *row_scale, const real *noise_scale)
+{
+    const Model *m = &s->model;
+    const Work *o = &s->work;
+    const integer count = (integer)memory[s->memory.count], n_x = m->n_x, n_r = m->n_r;
+    const integer n_w = m->n_w;
+    const real *y = memory + s->memory.y;
+    const integer known = unchanged(s, memory, deviation, x, w, row_scale, noise_scale);
+    const integer first = known < count ? known : count - 1; /* the newest tells v and S */
+    o->ring[MADE] = count;
+    o->reused[0] = (real)first;
+    for (integer k = first; k < count; k++) {
+        real *d_minus = SLOT(o->d_minus, k, n_x), *P_minus = SLOT(o->P_minus, k, n_x * n_x);
+        if (k == 0) {
+            copy(d_minus, deviation, n_x);
+            copy(P_minus, memory + s->memory.prior_covariance, n_x * n_x);
+        } else {
+            const real dt = interval(s, memory, k - 1);
+            real *predicted[] = {o->reached, d_minus, P_minus, SLOT(o->F, k - 1, s->nnz_F),
+                                 SLOT(o->G, k - 1, s->nnz_G)};
+            predict(m, SLOT(o->d_plus, k - 1, n_x), SLOT(o->P_plus, k - 1, n_x * n_x),
+                    STAGE(x, k - 1, n_x), STAGE(w, k - 1, n_w), &dt,
+                    STAGE(noise_scale, k - 1, n_w), predicted);
+            difference(s, o->reached, STAGE(x, k, n_x), o->defect);
+            for (integer i = 0; i < n_x; i++) d_minus[i] += o->defect[i];
+            copy(SLOT(o->at_w, k, n_w), STAGE(w, k - 1, n_w), n_w);
+            copy(SLOT(o->at_noises, k, n_w), STAGE(noise_scale, k - 1, n_w), n_w);
+        }
+        *SLOT(o->at_time, k, 1) = memory[s->memory.times + k];
+        copy(SLOT(o->at_x, k, n_x), STAGE(x, k, n_x), n_x);
+        copy(SLOT(o->at_y, k, m->n_y), STAGE(y, k, m->n_y), m->n_y);
+        copy(SLOT(o->at_rows, k, n_r), STAGE(row_scale, k, n_r), n_r);
+        const int newest = k == count - 1;
+        real *updated[] = {SLOT(o->d_plus, k, n_x),  SLOT(o->P_plus, k, n_x * n_x),
+                           newest ? o->v : 0,        newest ? o->S : 0,
+                           SLOT(o->W, k, n_x * n_r), SLOT(o->e, k, n_r),
+                           SLOT(o->H, k, s->nnz_H),  SLOT(o->L, k, s->nnz_L)};
+        update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_y),
+               STAGE(row_scale, k, n_r), updated);
+        if (newest && s->has_losses) { /* told is the innovation itself, not its weighed share */
+            real *told[] = {0, 0, o->v, o->S, 0, 0, 0, 0};
+            update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_y),
+                   STAGE(memory + s->memory.present, k, n_r), told);
+        }
+    }
+    real squares = 0;
+    for (integer k = 0; k < count; k++)
+        squares += dot(SLOT(o->e, k, n_r), SLOT(o->e, k, n_r), n_r);
+    return squares;
+}

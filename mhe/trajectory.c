@@ -1,0 +1,57 @@
+/* A window's trajectory: roll it out, and what it costs. Behind estimation/engine.c and a form of
+ * its stage; the structures Memory, Work and Window are declared in front.
+ *
+ * `memory` is the state: stages oldest first, `count` of them. */
+
+#define STAGE(array, k, width) ((array) + (k) * (width))
+
+static void move(const Window *s, const real *x, const real *w, real dt, real *reached)
+{
+    const real *arguments[] = {x, w, &dt};
+    real *results[] = {reached};
+    s->move(arguments, results, 0, 0, 0);
+}
+
+static void difference(const Window *s, const real *to, const real *from, real *delta)
+{
+    const real *arguments[] = {to, from};
+    real *results[] = {delta};
+    s->difference(arguments, results, 0, 0, 0);
+}
+
+static real interval(const Window *s, const real *memory, integer k)
+{
+    const real *times = memory + s->memory.times;
+    return times[k + 1] - times[k];
+}
+
+/* Cost of readings and noises of a trajectory, and the scales by which its losses weigh
+ * them; the prior's part is the caller's. */
+static real measure(const Window *s, const real *memory, const real *x, const real *w,
+                      real *row_scale, real *noise_scale)
+{
+    const Model *m = &s->model;
+    const integer count = (integer)memory[s->memory.count];
+    const real *y = memory + s->memory.y, *present = memory + s->memory.present;
+    real cost = 0, part = 0;
+    for (integer k = 0; k < count; k++) {
+        const real *seen[] = {STAGE(x, k, m->n_x), STAGE(y, k, m->n_y),
+                                STAGE(present, k, m->n_r), s->huber};
+        real *scales[] = {STAGE(row_scale, k, m->n_r), &part};
+        s->measure(seen, scales, 0, 0, 0);
+        cost += part;
+    }
+    for (integer k = 0; k + 1 < count; k++) {
+        const real *shaken[] = {STAGE(w, k, m->n_w), &s->huber_noise};
+        real *scales[] = {STAGE(noise_scale, k, m->n_w), &part};
+        s->shake(shaken, scales, 0, 0, 0);
+        cost += part;
+    }
+    return cost;
+}
+
+/* What solving a window says beside its trajectory: cost (NaN where nobody counts it), passes,
+ * and how far it is from the optimality conditions. */
+typedef struct {
+    real cost, passes, kkt;
+} Solved;
