@@ -42,6 +42,24 @@ static real exceed(const Window *s, const real *memory, const real *x, real *vio
     return most;
 }
 
+/* Value of a row at the deviations d_s. */
+static inline real row_value(const Window *s, integer i)
+{
+    const Work *o = &s->work;
+    const integer n_x = s->model.n_x;
+    return o->row_g[i] + dot(STAGE(o->row_C, i, n_x), STAGE(o->d_s, i / s->n_c, n_x), n_x);
+}
+
+/* Whether no row is marked active and the free optimum exceeds none. */
+static int is_free(const Window *s, const real *memory)
+{
+    const integer n_rows = (integer)memory[s->memory.count] * s->n_c;
+    const real *active = memory + s->memory.active, *demanded = memory + s->memory.demanded;
+    for (integer i = 0; i < n_rows; i++)
+        if (active[i] != 0 || (demanded[i] != 0 && row_value(s, i) > 0)) return 0;
+    return 1;
+}
+
 /* Values of all rows without multipliers, P⁺ C, and standard deviations sqrt(C' P⁺ C). */
 static void evaluate_rows(const Window *s, const real *memory)
 {
@@ -54,7 +72,7 @@ static void evaluate_rows(const Window *s, const real *memory)
             const real *C = STAGE(o->row_C, i, n_x);
             real *PC = STAGE(o->row_PC, i, n_x);
             spread(m, SLOT(o->P_plus, k, n_x * n_x), C, PC);
-            o->row_free[i] = o->row_g[i] + dot(C, STAGE(o->d_s, k, n_x), n_x);
+            o->row_free[i] = row_value(s, i);
             o->row_std[i] = sqrt(fmax(dot(C, PC, n_x), 0));
         }
 }
@@ -270,27 +288,45 @@ static real held_backward(const Window *s, const real *memory, const real *w,
     return backward(s, memory, w, noise_scale, 1, g);
 }
 
-/* Rounding leaves rows of the set a little off: correct their multipliers by what is left, and
- * go back again. Returns the squared length of the step. */
+/* Correct the multipliers of the set by what its rows are still off, and go back again, until all
+ * are met to a share of the step's length: rounding leaves a little, a set's factor of an
+ * earlier pass more. Returns the squared length of the step, NAN where they will not be met. */
 static real refine(const Window *s, const real *memory, const real *w, const real *noise_scale,
                    integer held, real length, real *g)
 {
     const Work *o = &s->work;
-    const integer n_x = s->model.n_x;
-    for (int turn = 0; turn < MOST_REFINEMENTS; turn++) {
+    for (int turn = 0;; turn++) {
+        const real enough = fmax(MET, ENOUGH * sqrt(length));
         real most = 0;
         for (integer a = 0; a < held; a++) {
-            const integer i = o->set[a];
-            const real *d_s = STAGE(o->d_s, i / s->n_c, n_x);
-            o->step[a] = o->row_g[i] + dot(STAGE(o->row_C, i, n_x), d_s, n_x);
-            most = fmax(most, fabs(o->step[a]) / o->row_std[i]);
+            o->step[a] = row_value(s, o->set[a]);
+            most = fmax(most, fabs(o->step[a]) / o->row_std[o->set[a]]);
         }
-        if (!(most > MET)) break;
+        if (most <= enough) return length;
+        if (turn == MOST_REFINEMENTS) return NAN;
         solve_set(s, held, o->step);
         for (integer a = 0; a < held; a++) o->multiplier[a] += o->step[a];
         length = held_backward(s, memory, w, noise_scale, held, g);
     }
-    return length;
+}
+
+/* The optimum held by the set of the pass before, with the set's factor of then: no sweeps. Returns
+ * 0 where rows are not met in a few turns, or where the set is no longer the right one. */
+static int hold_again(const Window *s, const real *memory, const real *w, const real *noise_scale,
+                      integer held, real *length, real *g)
+{
+    const Work *o = &s->work;
+    const integer n_rows = (integer)memory[s->memory.count] * s->n_c;
+    const real *demanded = memory + s->memory.demanded;
+    *length = held_backward(s, memory, w, noise_scale, held, g);
+    *length = refine(s, memory, w, noise_scale, held, *length, g);
+    if (!isfinite(*length)) return 0;
+    for (integer a = 0; a < held; a++)
+        if (o->multiplier[a] < 0) return 0;
+    for (integer i = 0; i < n_rows; i++)
+        if (demanded[i] != 0 && o->is_held[i] == 0 && row_value(s, i) > EXCESS * o->row_std[i])
+            return 0;
+    return 1;
 }
 
 /* Where rows are exceeded or held: from the free optimum of the linearised window, whose squared
@@ -299,10 +335,14 @@ static integer meet_constraints(const Window *s, real *memory, const real *w,
                                 const real *noise_scale, real *length, real *g, integer *held,
                                 int *changed)
 {
+    *held = 0;
+    *changed = 0;
+    if (is_free(s, memory)) return 0;
     integer status = find_active_set(s, memory, noise_scale, held, changed);
     if (*held > 0) {
         *length = held_backward(s, memory, w, noise_scale, *held, g);
-        *length = refine(s, memory, w, noise_scale, *held, *length, g);
+        const real refined = refine(s, memory, w, noise_scale, *held, *length, g);
+        if (isfinite(refined)) *length = refined;
     }
     return status;
 }

@@ -43,12 +43,20 @@ from models.arrays import Array
 EXCESS = 1e-9
 DEPENDENT = 1e-13
 MOST_CHANGES = 10
-MET = 1e-13
+MET = 1e-11
+ENOUGH = 1e-3
 MOST_REFINEMENTS = 3
 MOST_ACTIVE = 200
 
 ACTIVE_SET: Mapping[str, float] = MappingProxyType(
-    {"EXCESS": EXCESS, "DEPENDENT": DEPENDENT, "MOST_CHANGES": MOST_CHANGES, "MET": MET, "MOST_REFINEMENTS": MOST_REFINEMENTS}
+    {
+        "EXCESS": EXCESS,
+        "DEPENDENT": DEPENDENT,
+        "MOST_CHANGES": MOST_CHANGES,
+        "MET": MET,
+        "ENOUGH": ENOUGH,
+        "MOST_REFINEMENTS": MOST_REFINEMENTS,
+    }
 )
 """The constants as macros for C."""
 

@@ -1,8 +1,9 @@
 /* A step that must be answered in time. Behind mhe/active_set.c.
  *
  * Before every pass the clock is asked whether one more would end in time, going by how long
- * passes took of late: their running mean per stage, in which no single one (the processor
- * was elsewhere) counts as more than twice it, and half as much again for safety. */
+ * passes took of late: their running mean per stage, and half as much again for safety. A
+ * single longer one (the processor was elsewhere) counts as twice the mean, the next in a row
+ * as four times, and so on. */
 
 #define NEWEST_SHARE 0.1
 #define LARGEST 2
@@ -27,8 +28,10 @@ static void note_pass(const Window *s, integer count, double began)
 {
     if (!isfinite(s->deadline)) return;
     const real took = (real)((now(s) - began) / (double)count);
-    real *mean = s->work.pass_time;
-    const real counted = fmin(took, LARGEST * *mean);
+    real *mean = s->work.pass_time, *most = s->work.pass_time + 1;
+    const real allowed = LARGEST * (*most > 1 ? *most : 1);
+    const real counted = fmin(took, allowed * *mean);
+    *most = took > allowed * *mean ? allowed : 1;
     *mean = *mean > 0 ? *mean + (real)NEWEST_SHARE * (counted - *mean) : took;
 }
 

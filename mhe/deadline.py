@@ -8,8 +8,9 @@ The rungs of a step, each an answer:
    ``iterations`` counts them.
 
 Before every pass the clock is asked whether one more would end in time, going by how long passes
-took of late: their running mean per stage, in which no single one counts as more than twice it,
-and half as much again for safety. mhe/deadline.c is the same in C.
+took of late: their running mean per stage, and half as much again for safety. A single longer one
+(the processor was elsewhere) counts as twice the mean, the next in a row as four times, and so
+on. mhe/deadline.c is the same in C.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class Deadline:
     def __init__(self, limit_s: float | None, now: Clock) -> None:
         self.now = now
         self._limit_s = limit_s
-        self._start, self._mean = 0.0, 0.0
+        self._start, self._mean, self._allowed = 0.0, 0.0, 1.0
 
     def begin(self) -> None:
         """Begin a step."""
@@ -59,7 +60,9 @@ class Deadline:
         if self._limit_s is None:
             return
         took = (self.now() - began) / n_stages
-        counted = min(took, LARGEST * self._mean)
+        allowed = LARGEST * self._allowed
+        counted = min(took, allowed * self._mean)
+        self._allowed = allowed if took > allowed * self._mean else 1.0
         self._mean = self._mean + NEWEST_SHARE * (counted - self._mean) if self._mean > 0 else took
 
     def note_none(self) -> None:

@@ -100,26 +100,29 @@ static void weigh_violations(const Window *s, integer held)
     }
 }
 
-/* The linearised window's optimum around x, rows met. Returns its status; `length` is the squared
- * length of the step to it, prior included. */
+/* The linearised window's optimum around x, rows met; `held` rows hold it, as many as held the
+ * one before when it is called, 0 for the first. Returns its status; `length` is the
+ * squared length of the step to it, prior included. */
 static integer linearise(const Window *s, real *memory, const real *row_scale,
-                         const real *noise_scale, real *length, int *changed)
+                         const real *noise_scale, real *length, integer *held, int *changed)
 {
     const Work *o = &s->work;
     const Memory *at = &s->memory;
     const integer n_x = s->model.n_x;
     const real *x = memory + at->x, *w = memory + at->w, *P = memory + at->prior_covariance;
-    integer status = 0, held = 0;
+    integer status = 0;
     for (integer i = 0; i < n_x; i++) o->deviation[i] = -o->d[i];
     const real squares = forward(s, memory, o->deviation, x, w, row_scale, noise_scale);
-    *length = backward(s, memory, w, noise_scale, 0, o->g_next);
     *changed = 0;
-    if (!isfinite(squares) || !isfinite(*length)) return STATUS_NOT_FINITE;
-    if (s->n_c > 0) {
-        constrain(s, memory, x);
-        status = meet_constraints(s, memory, w, noise_scale, length, o->g_next, &held, changed);
-        weigh_violations(s, held);
+    if (s->n_c > 0) constrain(s, memory, x);
+    if (*held == 0 || !hold_again(s, memory, w, noise_scale, *held, length, o->g_next)) {
+        *length = backward(s, memory, w, noise_scale, 0, o->g_next);
+        if (!isfinite(squares) || !isfinite(*length)) return STATUS_NOT_FINITE;
+        if (s->n_c > 0)
+            status = meet_constraints(s, memory, w, noise_scale, length, o->g_next, held, changed);
     }
+    if (!isfinite(squares) || !isfinite(*length)) return STATUS_NOT_FINITE;
+    if (*held > 0) weigh_violations(s, *held);
     for (integer i = 0; i < n_x; i++) o->f[i] = o->g_next[i] - o->z_next[i];
     for (integer i = 0; i < n_x; i++) *length += o->f[i] * dot(P + i * n_x, o->f, n_x);
     return status;
@@ -161,13 +164,13 @@ static integer descend(const Window *s, real *memory, double start, Solved *solv
         forward(s, memory, o->deviation, x, w, row_scale, noise_scale); /* for its covariance */
         return STATUS_NOT_FINITE;
     }
-    real J = readings + distance / 2, base = INFINITY, alpha = 1;
-    integer failed = 0;
+    real J = readings + distance / 2, base = INFINITY, alpha = 1, last_ratio = 1;
+    integer failed = 0, held = 0;
     int depth = -1, settling = 0, accelerated = 0, changed = 0;
     for (;; solved->passes++) {
         const double began = now(s);
         real length = 0, J_try = NAN;
-        failed = linearise(s, memory, row_scale, noise_scale, &length, &changed);
+        failed = linearise(s, memory, row_scale, noise_scale, &length, &held, &changed);
         if (failed == STATUS_NOT_FINITE) return failed;
         const int limited = solved->passes >= s->most_iterations;
 
@@ -190,11 +193,15 @@ static integer descend(const Window *s, real *memory, double start, Solved *solv
             copy(o->z_1, o->z, n_z), copy(o->g_1, o->g, n_z);
             copy(o->z, o->z_next, n_z), copy(o->g, o->g_next, n_z);
             depth = changed ? 0 : depth < 2 ? depth + 1 : 2;
+            const real ratio = changed || !isfinite(base) ? 1 : sqrt(length / base);
+            const real shrinks = fmax(ratio, last_ratio); /* the worse of two, 1 if not known */
+            last_ratio = ratio;
             base = length;
             alpha = 1;
             solved->cost = J;
             solved->kkt = sqrt(length);
-            const int last = sqrt(length) <= s->tolerance;
+            const int last = sqrt(length) <= s->tolerance
+                             || shrinks * sqrt(length) <= s->tolerance;
             if (s->most_iterations == 0 && !last) return failed | STATUS_ITERATION_LIMIT;
             const real level = J + dot(o->weight, o->violation, n_c);
             settling = isfinite(level) && length / 2 < RESOLUTION * fmax(1, fabs(level));

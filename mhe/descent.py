@@ -20,7 +20,8 @@ step g - z in units of the whitened problem, in which the Hessian is at least th
    them. Where the rows curve, this merit may refuse good full steps (Maratos effect): below
    `GATE` such a step is taken and settled as in 3. Points are forgotten when the set changes.
 
-It ends with a step shorter than the tolerance (solved), or where halving does not help any
+It ends with a step shorter than the tolerance, or one that the next would follow with less, going
+by the worse of the last two ratios of lengths (solved); or where halving does not help any
 more: solved, if the step is shorter than ``FLOOR``, the accuracy that rounding allows.
 
 4. *Unwinding.* A deviation from the prior may have gone round a whole turn on the way.
@@ -142,7 +143,7 @@ def descend(
     ----------
     made : iterations that this window has had already
     """
-    J, alpha, base, kkt = cost, 1.0, math.inf, math.nan
+    J, alpha, base, kkt, last_ratio = cost, 1.0, math.inf, math.nan, 1.0
     points: list[tuple[Array, Array]] = []
     settling = accelerated = False
     iterations = made
@@ -169,9 +170,11 @@ def descend(
             J = problem.propose(z)
         else:
             points = [(z, g)] if found.is_changed else [(z, g), *points[:2]]
+            ratio = 1.0 if found.is_changed or base == math.inf else math.sqrt(length / base)
+            shrinks, last_ratio = max(ratio, last_ratio), ratio  # the worse of two
             base, alpha = length, 1.0
             kkt = math.sqrt(length)
-            is_last = kkt <= config.tolerance
+            is_last = kkt <= config.tolerance or shrinks * kkt <= config.tolerance
             if config.max_iterations == 0 and not is_last:
                 return Descended(J, failed | Status.ITERATION_LIMIT, iterations, kkt)
             level = J + problem.penalty()

@@ -1,0 +1,123 @@
+"""Factors that stay when the window slides change nothing but the time it takes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from ekf_baseline.ekf import Ekf
+from estimation.recording import Measurement
+from mhe.config import MheConfig
+from mhe.realtime import MheRti
+from tests.closeness import covariance_error, estimate_error, mean_error
+from tests.engines import compiled_and_interpreted, needs_compiler, steps
+from tests.estimation import pens
+from tests.linear_models import coupled_system, irregular_times
+from tests.mhe import pendulum
+
+RUN = pens.draw_pen_run(40, seed=8)
+NEVER_AGAIN = math.inf
+THRESHOLDS = (0.1, 0.5, 2.0, NEVER_AGAIN)
+
+
+def rti(threshold: float, horizon: int = 6, arrival_cost: str = "filtered") -> MheRti:
+    config = MheConfig(horizon, arrival_cost=arrival_cost, reuse_threshold=threshold)
+    return MheRti(RUN.model, config)
+
+
+def settled_pen(n: int, step_s: float = 0.01) -> list[Measurement]:
+    """A pen that is known well and moves as the model has it: estimates move little."""
+    run = pens.draw_pen_run(n, seed=3)
+    return [Measurement(k * step_s, m.y) for k, m in enumerate(run.measurements)]
+
+
+@pytest.mark.parametrize("horizon", [1, 3, 20])
+def test_stages_that_never_move_are_the_ekf(horizon: int) -> None:
+    """With a linear transition: every update linearised once, at its prediction."""
+    mhe = steps(rti(NEVER_AGAIN, horizon), RUN.measurements)
+    ekf = steps(Ekf(RUN.model), RUN.measurements)
+    for k, (a, b) in enumerate(zip(mhe, ekf, strict=True)):
+        assert mean_error(RUN.model, a.state.mean, b.state) < 1e-8
+        assert covariance_error(a.state.covariance, b.state.covariance) < 1e-8
+        assert a.reused_stages == min(k, horizon)
+
+
+def test_full_passes_are_not_the_ekf() -> None:
+    """So the test above can fail."""
+    mhe, ekf = steps(rti(0.0), RUN.measurements), steps(Ekf(RUN.model), RUN.measurements)
+    errors = [mean_error(RUN.model, a.state.mean, b.state) for a, b in zip(mhe, ekf, strict=True)]
+    assert max(errors) > 1e-2
+    assert all(estimate.reused_stages == 0 for estimate in mhe)
+
+
+@pytest.mark.parametrize("threshold", THRESHOLDS)
+def test_factors_are_those_that_would_be_made(threshold: float) -> None:
+    """An engine without memory of the step before says the same, to the last bit."""
+    one, memory = rti(threshold), rti(threshold)
+    state = one.init()
+    for measurement in RUN.measurements:
+        _, fresh = rti_step_from(memory, state, measurement)
+        state, kept = one.step(state, measurement)
+        assert fresh.reused_stages == 0
+        np.testing.assert_array_equal(kept.state.mean, fresh.state.mean)
+        np.testing.assert_array_equal(kept.state.covariance, fresh.state.covariance)
+        assert kept.window is not None
+        assert fresh.window is not None
+        np.testing.assert_array_equal(kept.window.states, fresh.window.states)
+
+
+def rti_step_from(mhe: MheRti, state, measurement):  # type: ignore[no-untyped-def]
+    """Step after another run, whose factors are none of this window's."""
+    mhe.step(mhe.init(), Measurement(-1.0, RUN.measurements[3].y))
+    return mhe.step(state, measurement)
+
+
+@needs_compiler
+@pytest.mark.parametrize("arrival_cost", ["filtered", "smoothed"])
+@pytest.mark.parametrize("threshold", THRESHOLDS)
+def test_both_engines_choose_the_same_stages(threshold: float, arrival_cost: str) -> None:
+    machine, plain = compiled_and_interpreted(lambda: rti(threshold, 6, arrival_cost))
+    reused = 0
+    for a, b in zip(steps(machine, RUN.measurements), steps(plain, RUN.measurements), strict=True):
+        assert estimate_error(RUN.model, a, b) < 1e-10
+        reused += a.reused_stages
+    assert reused > 0
+
+
+@pytest.mark.parametrize("threshold", THRESHOLDS)
+def test_a_linear_model_is_solved_exactly(threshold: float) -> None:
+    system, rng = coupled_system(3), np.random.default_rng(4)
+    measurements = system.simulate(irregular_times(40, rng), rng, missing=0.3)
+    config = MheConfig(5, reuse_threshold=threshold)
+    estimates = steps(MheRti(system.model, config), measurements)
+    for estimate, wanted in zip(estimates, system.textbook(measurements), strict=True):
+        std = np.sqrt(np.diag(wanted.covariance))
+        assert np.abs((estimate.state.mean - wanted.mean) / std).max() < 1e-10
+    assert sum(estimate.reused_stages for estimate in estimates) > 20
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"arrival_cost": "constant"}, {"arrival_cost": "none"}, {"sparse_noise": 1.0}],
+)
+def test_where_factors_cannot_stay_all_passes_are_full(settings: dict[str, object]) -> None:
+    measurements = pendulum.simulate(20, seed=1)
+    config = MheConfig(4, reuse_threshold=NEVER_AGAIN, **settings)  # type: ignore[arg-type]
+    full = MheConfig(4, reuse_threshold=0.0, **settings)  # type: ignore[arg-type]
+    both = (steps(MheRti(pendulum.model(), c), measurements) for c in (config, full))
+    for a, b in zip(*both, strict=True):
+        np.testing.assert_array_equal(a.state.mean, b.state.mean)
+        assert a.reused_stages == 0
+
+
+def test_a_bad_start_is_linearised_again() -> None:
+    """Stages that move are not kept: the default ends where full passes end, an EKF does not."""
+    far, model = pens.draw_pen_run(25, seed=5), RUN.model
+    full, kept, never = (steps(rti(t, 24), far.measurements)[-1] for t in (0.0, 0.5, NEVER_AGAIN))
+    error = {
+        name: mean_error(model, estimate.state.mean, full.state)
+        for name, estimate in (("kept", kept), ("never", never))
+    }
+    assert error["kept"] < 0.2 * error["never"]
