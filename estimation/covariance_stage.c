@@ -19,11 +19,23 @@ static void update(const Model *m, const real *d_minus, const real *P_minus,
     m->update(arguments, results, 0, 0, 0);
 }
 
-/* P v. */
-static inline void spread(const Model *m, const real *P, const real *v, real *product)
+/* P v, column by column: a bound's row has one entry. */
+static inline void spread(const Model *m, const real *restrict P, const real *restrict v,
+                          real *restrict product)
 {
-    for (integer i = 0; i < m->n_x; i++) product[i] = dot(P + i * m->n_x, v, m->n_x);
+    const integer n = m->n_x;
+    memset(product, 0, (size_t)n * sizeof(real));
+    for (integer j = 0; j < n; j++) {
+        const real factor = v[j], *restrict column = P + j * n;
+        if (factor == 0) continue;
+        for (integer i = 0; i < n; i++) product[i] += column[i] * factor;
+    }
 }
 
 /* Variance of one state. */
 static inline real variance(const Model *m, const real *P, integer i) { return P[i * (m->n_x + 1)]; }
+
+static void covariance_of(const Model *m, const real *P, real *covariance)
+{
+    copy(covariance, P, m->n_x * m->n_x);
+}

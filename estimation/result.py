@@ -110,6 +110,10 @@ class ResultReader:
             int(result.item(self._reused)),
         )
 
+    def status_of(self, result: Array) -> Status:
+        """Return the status of one step's array."""
+        return self.status(result.item(self._status))
+
     def status(self, number: float) -> Status:
         """Return the status of its number: looked up, as building one takes long."""
         status = self._statuses.get(number)

@@ -25,6 +25,7 @@ class Status(enum.Flag):
     SOLVER_FAILED = enum.auto()
     NOT_FINITE = enum.auto()
     PREDICTED = enum.auto()
+    FELL_BACK = enum.auto()
 
     @property
     def is_solved(self) -> bool:
@@ -68,5 +69,6 @@ SENTENCES = {
     Status.INFEASIBLE: "No state meets all bounds and inequalities; best point returned.",
     Status.SOLVER_FAILED: "The solver failed; best point returned.",
     Status.NOT_FINITE: "The step gave a number that is not finite; the prediction is returned.",
+    Status.FELL_BACK: "Passes did not settle on the active bounds; OSQP solved the step, slower.",
     Status.PREDICTED: "The deadline left no time for a pass; the prediction is returned.",
 }

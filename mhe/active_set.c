@@ -289,20 +289,22 @@ static real held_backward(const Window *s, const real *memory, const real *w,
 }
 
 /* Correct the multipliers of the set by what its rows are still off, and go back again, until all
- * are met to a share of the step's length: rounding leaves a little, a set's factor of an
- * earlier pass more. Returns the squared length of the step, NAN where they will not be met. */
+ * are met to a share of the step's length, and off by less than would bend the slope of the
+ * cost along it: rounding leaves a little, a set's factor of an earlier pass more. Returns the
+ * squared length of the step, NAN where they will not be met. */
 static real refine(const Window *s, const real *memory, const real *w, const real *noise_scale,
                    integer held, real length, real *g)
 {
     const Work *o = &s->work;
     for (int turn = 0;; turn++) {
-        const real enough = fmax(MET, ENOUGH * sqrt(length));
-        real most = 0;
+        real most = 0, bent = 0;
         for (integer a = 0; a < held; a++) {
             o->step[a] = row_value(s, o->set[a]);
             most = fmax(most, fabs(o->step[a]) / o->row_std[o->set[a]]);
+            bent += fabs(o->step[a] * o->multiplier[a]);
         }
-        if (most <= enough) return length;
+        if (most <= MET || (most <= ENOUGH * sqrt(length) && bent <= ENOUGH * length))
+            return length;
         if (turn == MOST_REFINEMENTS) return NAN;
         solve_set(s, held, o->step);
         for (integer a = 0; a < held; a++) o->multiplier[a] += o->step[a];

@@ -19,7 +19,9 @@ covariance, which active rows do not narrow.
 The dual cost grows with every turn, so no set comes twice and the method ends. A row that
 cannot be met beside those in the set means that no state meets all (`Status.INFEASIBLE`).
 
-mhe/active_set.c is the same in C.
+mhe/active_set.c is the same in C. There the multipliers are refined by what their rows are still
+off after the pass back (`MET`, `ENOUGH`); and the passes of a descent first try the set of the pass
+before, with its factor of then: the refinement makes up for what has changed since.
 
 References
 ----------
@@ -44,7 +46,7 @@ EXCESS = 1e-9
 DEPENDENT = 1e-13
 MOST_CHANGES = 10
 MET = 1e-11
-ENOUGH = 1e-3
+ENOUGH = 1e-2
 MOST_REFINEMENTS = 3
 MOST_ACTIVE = 200
 

@@ -38,6 +38,7 @@ from mhe.arrival_cost import diffuse
 from mhe.compiled import CompiledWindow
 from mhe.config import MheConfig
 from mhe.deadline import Clock
+from mhe.fallback import Fallback
 from mhe.interpreted import InterpretedWindow
 from mhe.trajectory import Trajectory, WindowSolution
 from models.arrays import Array
@@ -154,6 +155,7 @@ class MheRti:
         engine = InterpretedWindow if native.compiler() is None else CompiledWindow
         self._engine = engine(model, self.config, memory, self.iterates, clock)
         self._reader = ResultReader(model)
+        self._fallback = Fallback(model, self.config, memory, self._reader.layout)
         self._times, self._x = memory.slices["times"].start, memory.slices["x"].start
 
     def init(self, prior: GaussianState | None = None) -> WindowState:
@@ -171,6 +173,8 @@ class MheRti:
     def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
         """Slide the window onto the measurement and solve it."""
         memory, result = self._engine.step(state.memory, measurement.time_s, measurement.y)
+        if self._fallback.is_needed(self._reader.status_of(result)):
+            memory, result = self._fallback.solve(memory, result)
         count, n_x = int(memory.item(0)), self.model.n_x
         times = memory[self._times : self._times + count]
         states = memory[self._x : self._x + count * n_x].reshape(count, n_x)
@@ -186,7 +190,22 @@ class MheRti:
         time_s, y : (n,), (n, n_y), as of `estimation.recording.Recording.stacked`
         """
         memory, results = self._engine.batch(state.memory, time_s, y)
-        return WindowState(memory), self._reader.history(self.name, results)
+        history = self._reader.history(self.name, results)
+        if any(self._fallback.is_needed(status) for status in history.status):
+            return self._batch_by_steps(state, time_s, y)
+        return WindowState(memory), history
+
+    def _batch_by_steps(
+        self, state: WindowState, time_s: Array, y: Array
+    ) -> tuple[WindowState, EstimateHistory]:
+        """Take measurements one by one: what one step falls back on, the next begins with."""
+        memory, results = state.memory, []
+        for t, readings in zip(time_s, y, strict=True):
+            memory, result = self._engine.step(memory, float(t), readings)
+            if self._fallback.is_needed(self._reader.status_of(result)):
+                memory, result = self._fallback.solve(memory, result)
+            results.append(result)
+        return WindowState(memory), self._reader.history(self.name, np.array(results))
 
     def solve(
         self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
@@ -206,6 +225,8 @@ class MheRti:
             self.model, self.config.horizon + 1, prior, measurements, guess
         ).memory
         memory, result = self._engine.solve(memory)
+        if self._fallback.is_needed(self._reader.status_of(result)):
+            memory, result = self._fallback.solve(memory, result)
         estimate = self._reader.estimate(result)
         found = Trajectory(
             layout.view(memory, "x")[:count].copy(), layout.view(memory, "w")[: count - 1].copy()

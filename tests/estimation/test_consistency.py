@@ -164,6 +164,8 @@ def history_of(mean: Array, covariance: Array, names: tuple[str, ...]) -> Estima
         status=(Status.SOLVED,) * n,
         iterations=np.ones(n),
         step_time_s=np.zeros(n),
+        kkt_residual=np.full(n, np.nan),
+        reused_stages=np.zeros(n),
     )
 
 

@@ -49,6 +49,7 @@ def test_what_counts_as_unsolved() -> None:
         Status.GATED,
         Status.NEAR_SINGULAR,
         Status.OUT_OF_REACH,
+        Status.FELL_BACK,
     }
     assert set(Status) - set(UNSOLVED) == remarks
     assert Status.SOLVED.is_solved
