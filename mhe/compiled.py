@@ -19,6 +19,7 @@ from mhe.arrival_cost import ARRIVAL_COSTS, RELINEARISATION_LIMIT
 from mhe.config import MheConfig
 from mhe.deadline import Clock
 from mhe.descent import DESCENT
+from mhe.reuse import reuse_threshold
 from mhe.stage_functions import window_functions
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -72,7 +73,7 @@ def window_loop(
             "arrival": list(ARRIVAL_COSTS).index(config.arrival_cost),
             "constant_covariance": np.asarray(model.prior.covariance, dtype=float),
             "relinearisation_limit": RELINEARISATION_LIMIT,
-            "reuse": 0.0 if iterates else float(config.reuse),
+            "reuse": 0.0 if iterates else reuse_threshold(model, config),
             "iterate": iterates,
             "n_stages": n_stages,
             "tolerance": float(config.tolerance),

@@ -12,7 +12,6 @@ from mhe.loss import LEAST_SQUARES
 from models.arrays import Array
 from models.errors import InputError
 
-REUSE_THRESHOLD = 0.5
 HESSIANS = ("gauss-newton", "exact")
 
 
@@ -41,7 +40,7 @@ class MheConfig:
     reuse_threshold : of ``mhe-rti``, in standard deviations: a stage whose estimate is so near
         to where it was linearised keeps its factors when the window slides, as long as all
         older ones do; larger is faster and further from full passes, 0 makes every pass a
-        full one. Only with the arrival costs ``filtered`` and ``smoothed``, without losses
+        full one. None chooses by the model, see `mhe.reuse`
     """
 
     horizon: int = 20
@@ -52,7 +51,7 @@ class MheConfig:
     hessian: str = "gauss-newton"
     max_iterations: int = 300
     deadline_s: float | None = None
-    reuse_threshold: float = REUSE_THRESHOLD
+    reuse_threshold: float | None = None
 
     def __post_init__(self) -> None:
         if self.horizon < 1:
@@ -77,7 +76,7 @@ class MheConfig:
             raise InputError(f"max_iterations is {self.max_iterations}, expected at least 0")
         if self.deadline_s is not None and not self.deadline_s > 0:
             raise InputError(f"deadline_s is {self.deadline_s}, expected a positive time")
-        if not self.reuse_threshold >= 0:
+        if self.reuse_threshold is not None and not self.reuse_threshold >= 0:
             raise InputError(
                 f"reuse_threshold is {self.reuse_threshold}, expected 0 or standard deviations"
             )
@@ -107,9 +106,3 @@ class MheConfig:
     def has_losses(self) -> bool:
         """Whether anything is weighed otherwise than by least squares."""
         return bool(self.huber) or self.sparse_noise is not None
-
-    @property
-    def reuse(self) -> float:
-        """Threshold of reuse where the arrival cost and the losses allow it, else 0."""
-        slides = self.arrival_cost in ("filtered", "smoothed") and not self.has_losses
-        return self.reuse_threshold if slides else 0.0

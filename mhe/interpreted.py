@@ -20,6 +20,7 @@ from mhe.config import MheConfig
 from mhe.deadline import Clock, Deadline
 from mhe.descent import MOST_TURNS, WOUND, Linearised, descend
 from mhe.interpreted_pass import BETWEEN_STAGES, PER_STAGE, Pass, Scales, View, WindowPass
+from mhe.reuse import reuse_threshold
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -66,7 +67,7 @@ class InterpretedWindow:
         self.memory, self.result = memory, result_layout(model)
         self._model, self._config, self._iterates = model, config, iterates
         self._pass = WindowPass(model, config)
-        self._reuse = 0.0 if iterates else config.reuse
+        self._reuse = 0.0 if iterates else reuse_threshold(model, config)
         self._deadline = Deadline(config.deadline_s, clock or time.perf_counter)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it

@@ -74,6 +74,10 @@ def estimate(
     deadline: Annotated[
         float | None, typer.Option(help="Of the MHE: s per step, the best so far is returned.")
     ] = None,
+    reuse: Annotated[
+        float | None,
+        typer.Option(help="Of mhe-rti: threshold in σ below which factors stay; 0 has none."),
+    ] = None,
     camera_rate: Annotated[float | None, typer.Option(help="Use fewer frames: Hz.")] = None,
     camera_phase: Annotated[int, typer.Option(help="Which of the frames to keep.")] = 0,
     duration: Annotated[float | None, typer.Option(help="Use only the first seconds.")] = None,
@@ -108,6 +112,7 @@ def estimate(
                 sparse_noise=sparse_noise,
                 max_iterations=max_iterations,
                 deadline_s=deadline,
+                reuse_threshold=reuse,
             )
         )
         thinning = CameraThinning(camera_rate, camera_phase) if camera_rate is not None else None

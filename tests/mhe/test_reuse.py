@@ -7,10 +7,14 @@ import math
 import numpy as np
 import pytest
 
+from benchmark.registry import find_pen
 from ekf_baseline.ekf import Ekf
 from estimation.recording import Measurement
 from mhe.config import MheConfig
 from mhe.realtime import MheRti
+from mhe.reuse import reuse_threshold
+from models.pen import pen_model
+from models.turntable import paper_turntable, turntable_model
 from tests.closeness import covariance_error, estimate_error, mean_error
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
 from tests.estimation import pens
@@ -121,3 +125,21 @@ def test_a_bad_start_is_linearised_again() -> None:
         for name, estimate in (("kept", kept), ("never", never))
     }
     assert error["kept"] < 0.2 * error["never"]
+
+
+def test_without_a_threshold_the_model_decides() -> None:
+    """Factors stay where sensors hold all states, else an estimate follows its linearisation."""
+    pen = find_pen("reference")
+    choices = {
+        ("accel", "gyro", "camera"): True,
+        ("camera",): True,
+        ("accel", "gyro"): False,
+        ("accel", "gyro", "contact"): False,
+    }
+    for sensors, stays in choices.items():
+        model = pen_model(pen, sensors)
+        assert (reuse_threshold(model, MheConfig()) > 0) == stays, sensors
+        assert reuse_threshold(model, MheConfig(reuse_threshold=0.3)) == 0.3
+    bare = pen_model(pen, ("accel", "gyro"), writing_area=False)
+    assert reuse_threshold(bare, MheConfig()) == 0
+    assert reuse_threshold(turntable_model(paper_turntable()), MheConfig()) > 0

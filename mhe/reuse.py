@@ -1,0 +1,41 @@
+"""Which stages keep their factors when the window slides: the threshold.
+
+A kept stage is eliminated, when it leaves, where its factors were made, and not where an EKF
+or the window's estimate would have it (`mhe.arrival_cost`). Where sensors hold all states that
+changes the newest state by a few hundredths of its standard deviation, whatever the threshold,
+and most passes get three times as fast (`pen-mhe real-time`). Where they do not
+(no camera: heading, position, and in its wake the elevation are not observable), what an
+estimator claims of such a direction follows from its linearisation points alone, and by
+default every pass is a full one.
+"""
+
+from __future__ import annotations
+
+from estimation.symmetry import holds
+from mhe.config import MheConfig
+from models.state_space import StateSpaceModel
+
+REUSE_THRESHOLD = 0.5
+STEP_S = 0.01
+"""Of the motion along which symmetries are tried."""
+
+
+def reuse_threshold(model: StateSpaceModel, config: MheConfig) -> float:
+    """Return the threshold in standard deviations, 0 where every pass is a full one.
+
+    Factors stay only with an arrival cost that eliminates the dropped stage, and with
+    readings that are weighed by least squares.
+    """
+    if config.arrival_cost not in ("filtered", "smoothed") or config.has_losses:
+        return 0.0
+    if config.reuse_threshold is not None:
+        return config.reuse_threshold
+    return REUSE_THRESHOLD if sensors_hold_all(model) else 0.0
+
+
+def sensors_hold_all(model: StateSpaceModel) -> bool:
+    """Return whether no constant reading stands in for a sensor and no symmetry is hidden."""
+    if any(sensor.constant_reading is not None for sensor in model.sensors):
+        return False
+    states = model.prior.mean[None]
+    return not any(holds(model, symmetry, states, STEP_S) for symmetry in model.symmetries)
