@@ -32,6 +32,13 @@ static inline void spread(const Model *m, const real *restrict P, const real *re
     }
 }
 
+/* P - W W' in place. */
+static inline void take_from(const Model *m, real *P, const real *W)
+{
+    for (integer i = 0; i < m->n_x; i++)
+        for (integer j = 0; j < m->n_x; j++) P[i * m->n_x + j] -= W[i] * W[j];
+}
+
 /* Variance of one state. */
 static inline real variance(const Model *m, const real *P, integer i) { return P[i * (m->n_x + 1)]; }
 

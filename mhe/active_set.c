@@ -285,13 +285,12 @@ static real held_backward(const Window *s, const real *memory, const real *w,
         if (k < first) first = k;
     }
     push(s, count, first);
-    return backward(s, memory, w, noise_scale, 1, g);
+    return backward(s, memory, w, noise_scale, PUSHED, g);
 }
 
-/* Correct the multipliers of the set by what its rows are still off, and go back again, until all
- * are met to a share of the step's length, and off by less than would bend the slope of the
- * cost along it: rounding leaves a little, a set's factor of an earlier pass more. Returns the
- * squared length of the step, NAN where they will not be met. */
+/* Rounding leaves rows of the set a little off: correct their multipliers, and go back again, until
+ * all are met to a share of the step's length, and off by less than would bend the slope of the
+ * cost along it. Returns the squared length of the step, NAN where they will not be met. */
 static real refine(const Window *s, const real *memory, const real *w, const real *noise_scale,
                    integer held, real length, real *g)
 {
@@ -310,25 +309,6 @@ static real refine(const Window *s, const real *memory, const real *w, const rea
         for (integer a = 0; a < held; a++) o->multiplier[a] += o->step[a];
         length = held_backward(s, memory, w, noise_scale, held, g);
     }
-}
-
-/* The optimum held by the set of the pass before, with the set's factor of then: no sweeps. Returns
- * 0 where rows are not met in a few turns, or where the set is no longer the right one. */
-static int hold_again(const Window *s, const real *memory, const real *w, const real *noise_scale,
-                      integer held, real *length, real *g)
-{
-    const Work *o = &s->work;
-    const integer n_rows = (integer)memory[s->memory.count] * s->n_c;
-    const real *demanded = memory + s->memory.demanded;
-    *length = held_backward(s, memory, w, noise_scale, held, g);
-    *length = refine(s, memory, w, noise_scale, held, *length, g);
-    if (!isfinite(*length)) return 0;
-    for (integer a = 0; a < held; a++)
-        if (o->multiplier[a] < 0) return 0;
-    for (integer i = 0; i < n_rows; i++)
-        if (demanded[i] != 0 && o->is_held[i] == 0 && row_value(s, i) > EXCESS * o->row_std[i])
-            return 0;
-    return 1;
 }
 
 /* Where rows are exceeded or held: from the free optimum of the linearised window, whose squared

@@ -20,8 +20,9 @@ The dual cost grows with every turn, so no set comes twice and the method ends. 
 cannot be met beside those in the set means that no state meets all (`Status.INFEASIBLE`).
 
 mhe/active_set.c is the same in C. There the multipliers are refined by what their rows are still
-off after the pass back (`MET`, `ENOUGH`); and the passes of a descent first try the set of the pass
-before, with its factor of then: the refinement makes up for what has changed since.
+off after the pass back (`MET`, `ENOUGH`). And a descent's later passes begin with the set of
+the pass before, held as readings without noise in the pass itself; only where that set turns out
+wrong is it looked for again.
 
 References
 ----------

@@ -172,6 +172,7 @@ def _work(
         "e_pushed": n_r,
         "row_try": n_c,
         **dict.fromkeys(("row_g", "row_free", "row_value", "row_std", "is_held"), n_rows),
+        **dict.fromkeys(("row_e", "row_std_held", "row_multiplier"), n_rows if converges else 0),
         **dict.fromkeys(("row_C", "row_PC"), n_rows * n_x),
         "response": (most_held + 1) * n_rows,
         "set_factor": (most_held + 1) * most_held,

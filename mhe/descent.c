@@ -100,6 +100,23 @@ static void weigh_violations(const Window *s, integer held)
     }
 }
 
+/* Whether the set of the pass before still is the right one, after a pass with its rows HELD: no
+ * multiplier negative, no other row exceeded. The multipliers go to the set. */
+static int is_right(const Window *s, const real *memory, integer held)
+{
+    const Work *o = &s->work;
+    const integer n_rows = (integer)memory[s->memory.count] * s->n_c;
+    const real *demanded = memory + s->memory.demanded;
+    for (integer a = 0; a < held; a++) {
+        o->multiplier[a] = o->row_multiplier[o->set[a]];
+        if (!(o->multiplier[a] >= 0)) return 0;
+    }
+    for (integer i = 0; i < n_rows; i++)
+        if (demanded[i] != 0 && o->is_held[i] == 0 && row_value(s, i) > EXCESS * o->row_std[i])
+            return 0;
+    return 1;
+}
+
 /* The linearised window's optimum around x, rows met; `held` rows hold it, as many as held the
  * one before when it is called, 0 for the first. Returns its status; `length` is the
  * squared length of the step to it, prior included. */
@@ -112,16 +129,21 @@ static integer linearise(const Window *s, real *memory, const real *row_scale,
     const real *x = memory + at->x, *w = memory + at->w, *P = memory + at->prior_covariance;
     integer status = 0;
     for (integer i = 0; i < n_x; i++) o->deviation[i] = -o->d[i];
-    const real squares = forward(s, memory, o->deviation, x, w, row_scale, noise_scale);
     *changed = 0;
     if (s->n_c > 0) constrain(s, memory, x);
-    if (*held == 0 || !hold_again(s, memory, w, noise_scale, *held, length, o->g_next)) {
-        *length = backward(s, memory, w, noise_scale, 0, o->g_next);
+    if (*held > 0) { /* as by the set of the pass before: mostly it still is the right one */
+        const real squares = forward(s, memory, o->deviation, x, w, row_scale, noise_scale, 1);
+        *length = isfinite(squares) ? backward(s, memory, w, noise_scale, HELD, o->g_next) : NAN;
+        if (!isfinite(*length) || !is_right(s, memory, *held)) *held = 0;
+    }
+    if (*held == 0) {
+        const real squares = forward(s, memory, o->deviation, x, w, row_scale, noise_scale, 0);
+        *length = backward(s, memory, w, noise_scale, FREE, o->g_next);
         if (!isfinite(squares) || !isfinite(*length)) return STATUS_NOT_FINITE;
         if (s->n_c > 0)
             status = meet_constraints(s, memory, w, noise_scale, length, o->g_next, held, changed);
     }
-    if (!isfinite(squares) || !isfinite(*length)) return STATUS_NOT_FINITE;
+    if (!isfinite(*length)) return STATUS_NOT_FINITE;
     if (*held > 0) weigh_violations(s, *held);
     for (integer i = 0; i < n_x; i++) o->f[i] = o->g_next[i] - o->z_next[i];
     for (integer i = 0; i < n_x; i++) *length += o->f[i] * dot(P + i * n_x, o->f, n_x);
@@ -161,7 +183,8 @@ static integer descend(const Window *s, real *memory, double start, Solved *solv
     solved->passes++;
     if (!isfinite(readings)) {
         for (integer i = 0; i < n_x; i++) o->deviation[i] = -o->d[i];
-        forward(s, memory, o->deviation, x, w, row_scale, noise_scale); /* for its covariance */
+        /* for its covariance */
+        forward(s, memory, o->deviation, x, w, row_scale, noise_scale, 0);
         return STATUS_NOT_FINITE;
     }
     real J = readings + distance / 2, base = INFINITY, alpha = 1, last_ratio = 1;
@@ -258,6 +281,23 @@ static int is_wound(const Window *s, const real *memory)
     return 0;
 }
 
+/* After passes that were conditioned on rows: factors of the free problem at the trajectory, for the
+ * covariance that is told. */
+static void free_covariance(const Window *s, const real *memory)
+{
+    const Memory *at = &s->memory;
+    const Work *o = &s->work;
+    const real *x = memory + at->x, *w = memory + at->w;
+    const real *row_scale = memory + at->present, *noise_scale = o->unit_noises;
+    if (s->has_losses) {
+        measure(s, memory, x, w, o->row_scale, o->noise_scale);
+        row_scale = o->row_scale;
+        noise_scale = o->noise_scale;
+    }
+    for (integer i = 0; i < s->model.n_x; i++) o->deviation[i] = -o->d[i];
+    forward(s, memory, o->deviation, x, w, row_scale, noise_scale, 0);
+}
+
 /* Descend, and again from there where an angle went round. */
 static integer converge(const Window *s, real *memory, double start, Solved *solved)
 {
@@ -266,8 +306,10 @@ static integer converge(const Window *s, real *memory, double start, Solved *sol
     for (int turn = 0; turn < MOST_TURNS && status == 0 && is_wound(s, memory); turn++)
         status = descend(s, memory, start, solved);
     if (s->n_c > 0) { /* rows that the trajectory itself does not meet, not its linearisation */
+        const Work *o = &s->work;
         const real *x = memory + s->memory.x;
-        solved->kkt = fmax(solved->kkt, exceed(s, memory, x, s->work.violation, s->work.row_std));
+        solved->kkt = fmax(solved->kkt, exceed(s, memory, x, o->violation, o->row_std));
+        if (o->ring[MADE] == 0) free_covariance(s, memory);
     }
     return status;
 }

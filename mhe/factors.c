@@ -50,10 +50,36 @@ static integer unchanged(const Window *s, const real *memory, const real *deviat
     return k;
 }
 
-/* Kalman stages linearised at (x, w), from the prior's deviation δ⁻ at the first stage.
- * Returns the sum of squared whitened innovations. */
+#if CONVERGES
+/* Condition a stage on its rows in the active set, g + C' δ = 0: readings without noise.
+ * Returns whether that is possible. */
+static int condition(const Window *s, integer k)
+{
+    const Model *m = &s->model;
+    const Work *o = &s->work;
+    const integer n_x = m->n_x, n_c = s->n_c;
+    for (integer i = k * n_c; i < (k + 1) * n_c; i++) {
+        if (o->is_held[i] == 0) continue;
+        const real *C = STAGE(o->row_C, i, n_x);
+        real *d_plus = SLOT(o->d_plus, k, n_x), *W = STAGE(o->row_PC, i, n_x);
+        spread(m, SLOT(o->P_plus, k, n_x * n_x), C, W);
+        const real own = dot(C, W, n_x);
+        if (!(own > 0)) return 0;
+        o->row_std_held[i] = sqrt(own);
+        for (integer a = 0; a < n_x; a++) W[a] /= o->row_std_held[i];
+        o->row_e[i] = -(o->row_g[i] + dot(C, d_plus, n_x)) / o->row_std_held[i];
+        for (integer a = 0; a < n_x; a++) d_plus[a] += W[a] * o->row_e[i];
+        take_from(m, SLOT(o->P_plus, k, n_x * n_x), W);
+    }
+    return 1;
+}
+#endif
+
+/* Kalman stages linearised at (x, w), from the prior's deviation δ⁻ at the first stage;
+ * conditioned on the rows of the active set where these are `held`. Returns the sum of squared
+ * whitened innovations, NAN where rows cannot be held. */
 static real forward(const Window *s, const real *memory, const real *deviation, const real *x,
-                    const real *w, const real *row_scale, const real *noise_scale)
+                    const real *w, const real *row_scale, const real *noise_scale, int held)
 {
     const Model *m = &s->model;
     const Work *o = &s->work;
@@ -92,12 +118,19 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
                            SLOT(o->H, k, s->nnz_H),  SLOT(o->L, k, s->nnz_L)};
         update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_y),
                STAGE(row_scale, k, n_r), updated);
+#if CONVERGES
+        if (held && !condition(s, k)) {
+            o->ring[MADE] = 0;
+            return NAN;
+        }
+#endif
         if (newest && s->has_losses) { /* told is the innovation itself, not its weighed share */
             real *told[] = {0, 0, o->v, o->S, 0, 0, 0, 0};
             update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_y),
                    STAGE(memory + s->memory.present, k, n_r), told);
         }
     }
+    if (held) o->ring[MADE] = 0; /* factors of another problem */
     real squares = 0;
     for (integer k = 0; k < count; k++)
         squares += dot(SLOT(o->e, k, n_r), SLOT(o->e, k, n_r), n_r);

@@ -35,8 +35,8 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
         noise_scale = o->noise_scale;
     }
     const real *deviation = memory + at->prior_deviation;
-    const real squares = forward(s, memory, deviation, x_lin, w_lin, row_scale, noise_scale);
-    real length = backward(s, memory, w_lin, noise_scale, 0, o->g);
+    const real squares = forward(s, memory, deviation, x_lin, w_lin, row_scale, noise_scale, 0);
+    real length = backward(s, memory, w_lin, noise_scale, FREE, o->g);
     solved->passes = 1;
     if (!isfinite(readings) || !isfinite(squares) || !isfinite(length)) return STATUS_NOT_FINITE;
     if (s->n_c > 0) {

@@ -5,6 +5,10 @@
  * without noise, whose value is chosen. The filter's mean behind it shifts by -P⁺ C ν,
  * its covariance does not, so all factors of the forward pass stay. */
 
+#define FREE 0
+#define PUSHED 1
+#define HELD 2
+
 /* Let a shift of the mean behind stage k - 1 go on through stage k: what it changes in e
  * and in δ⁺. */
 static void propagate(const Window *s, integer k, const real *shift, real *e_shift, real *d_shift)
@@ -44,11 +48,27 @@ static void push(const Window *s, integer count, integer first)
     }
 }
 
+#if CONVERGES
+/* Back through the rows that a stage was conditioned on: their multipliers, and λ̂ in front. */
+static void release_rows(const Window *s, integer k, real *lambda_hat)
+{
+    const Work *o = &s->work;
+    const integer n_x = s->model.n_x, n_c = s->n_c;
+    for (integer i = (k + 1) * n_c - 1; i >= k * n_c; i--) {
+        if (o->is_held[i] == 0) continue;
+        const real *W = STAGE(o->row_PC, i, n_x), *C = STAGE(o->row_C, i, n_x);
+        o->row_multiplier[i] = -(dot(W, lambda_hat, n_x) + o->row_e[i]) / o->row_std_held[i];
+        for (integer a = 0; a < n_x; a++) lambda_hat[a] += o->row_multiplier[i] * C[a];
+    }
+}
+#endif
+
 /* Smoothed deviations d_s and, in `g`, the linearised optimum (μ, w_0, w_1, …), with the
- * impulses where `pushed`. Returns the squared length of the step from w in units of the
+ * impulses where it is PUSHED, through the rows that stages were conditioned on where these are
+ * HELD. Returns the squared length of the step from w in units of the
  * whitened problem, without the prior's part. */
 static real backward(const Window *s, const real *memory, const real *w, const real *noise_scale,
-                     int pushed, real *g)
+                     int rows, real *g)
 {
     const Model *m = &s->model;
     const Work *o = &s->work;
@@ -66,7 +86,7 @@ static real backward(const Window *s, const real *memory, const real *w, const r
                 length += step * step;
             }
         }
-        if (pushed) {
+        if (rows == PUSHED) {
             for (integer i = 0; i < n_x; i++) {
                 o->lambda_hat[i] += STAGE(o->impulse, k, n_x)[i];
                 o->d_pushed[i] = d_plus[i] + STAGE(o->d_shift, k, n_x)[i];
@@ -76,6 +96,9 @@ static real backward(const Window *s, const real *memory, const real *w, const r
             e = o->e_pushed;
         }
         spread(m, SLOT(o->P_plus, k, n_x * n_x), o->lambda_hat, o->spread);
+#if CONVERGES
+        if (rows == HELD) release_rows(s, k, o->lambda_hat);
+#endif
         const real *stage[] = {d_plus, o->spread, o->lambda_hat, SLOT(o->W, k, n_x * n_r), e,
                                SLOT(o->L, k, s->nnz_L), SLOT(o->H, k, s->nnz_H)};
         real *smoothed[] = {STAGE(o->d_s, k, n_x), o->lambda, &part};
