@@ -11,16 +11,28 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from benchmark.speed.contender import BATCH, CONVERGED, ONE_PASS, PASS_CALL
+from benchmark.speed.contender import (
+    BATCH,
+    CONVERGED,
+    CONVERGED_CALL,
+    FULL_STREAM_CALL,
+    ONE_PASS,
+    PASS_CALL,
+    STREAM_CALL,
+)
 from benchmark.speed.rows import Row
 
 MODE_STYLES: Mapping[str, Mapping[str, Any]] = {
     ONE_PASS: {"color": "C0", "marker": "o"},
     PASS_CALL: {"color": "C0", "marker": "v"},
     CONVERGED: {"color": "C1", "marker": "s"},
+    CONVERGED_CALL: {"color": "C1", "marker": "P"},
     BATCH: {"color": "C2", "marker": "D"},
+    STREAM_CALL: {"color": "C0", "marker": "v"},
+    FULL_STREAM_CALL: {"color": "C1", "marker": "v"},
 }
-WINDOW_MODES = (ONE_PASS, PASS_CALL, CONVERGED)
+WINDOW_MODES = (ONE_PASS, PASS_CALL, CONVERGED, CONVERGED_CALL)
+REUSE_MODES = (STREAM_CALL, FULL_STREAM_CALL)
 OTHER_MODE: Mapping[str, Any] = {"color": "C3", "marker": "^"}
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 TIME_LABEL = "time per window: median, to 99 % quantile"
@@ -37,20 +49,15 @@ def in_unit(time_s: float) -> str:
 
 def contender_figure(rows: Sequence[Row]) -> Figure:
     """Draw one panel per problem: contenders below each other, time on a log axis."""
-    by_problem: dict[tuple[str, int], list[Row]] = {}
+    panels: dict[str, list[Row]] = {}
     for row in rows:
-        if row.mode in WINDOW_MODES:
-            by_problem.setdefault((row.problem, row.horizon), []).append(row)
-    streams = [row for row in rows if row.mode not in WINDOW_MODES]
-    panels = [(f"{problem}, N = {N}", found) for (problem, N), found in by_problem.items()]
-    if streams:
-        panels.append((f"{streams[0].problem}, stream: time per sample", streams))
+        panels.setdefault(_panel_of(row), []).append(row)
     columns = min(3, len(panels))
     lines = -(-len(panels) // columns)
     figure, axes = plt.subplots(
         lines, columns, figsize=(5.2 * columns, 3.4 * lines), layout="constrained", squeeze=False
     )
-    for axis, (title, found) in zip(axes.flat, panels, strict=False):
+    for axis, (title, found) in zip(axes.flat, panels.items(), strict=False):
         _draw_times(axis, found)
         axis.set_title(title, fontsize=10)
     for axis in axes.flat[len(panels) :]:
@@ -58,6 +65,15 @@ def contender_figure(rows: Sequence[Row]) -> Figure:
     for axis in axes[-1]:
         axis.set_xlabel(TIME_LABEL)
     return figure
+
+
+def _panel_of(row: Row) -> str:
+    """Return the title of the panel that a row belongs to."""
+    if row.mode in WINDOW_MODES:
+        return f"{row.problem}, N = {row.horizon}{', bounded' if row.bounds else ''}"
+    if row.mode in REUSE_MODES:
+        return f"{row.problem}, stream: factors kept, or full passes"
+    return f"{row.problem}, stream: time per sample"
 
 
 def _draw_times(axes: Axes, rows: Sequence[Row]) -> None:
@@ -74,7 +90,7 @@ def _draw_times(axes: Axes, rows: Sequence[Row]) -> None:
             ha="right",
             fontsize=7,
         )
-    axes.set_yticks(range(len(ordered)), [f"{r.contender}, {r.mode}" for r in ordered], fontsize=8)
+    axes.set_yticks(range(len(ordered)), [_label(row) for row in ordered], fontsize=8)
     axes.set_ylim(-0.6, len(ordered) - 0.2)
     times = [row.median_s for row in rows] + [row.p99_s for row in rows]
     axes.set_xlim(min(times) / 6, max(times) * 1.6)
@@ -82,29 +98,50 @@ def _draw_times(axes: Axes, rows: Sequence[Row]) -> None:
 
 
 def horizon_figure(rows: Sequence[Row], problem: str = HORIZON_PROBLEM) -> Figure:
-    """Draw the median time of every contender over the horizon, with its slope."""
-    figure, axes = plt.subplots(figsize=(7, 5), layout="constrained")
-    curves: dict[tuple[str, str], list[Row]] = {}
+    """Draw the median time of every contender over the horizon, with its slope.
+
+    One panel without bounds, one with bounds where there are such rows.
+    """
+    drawn = [row for row in rows if row.problem == problem and row.mode in (ONE_PASS, CONVERGED)]
+    kinds = sorted({row.bounds for row in drawn}) or [False]
+    names = {name: i for i, name in enumerate(dict.fromkeys(_label(row) for row in drawn))}
+    figure, axes = plt.subplots(
+        1, len(kinds), figsize=(7 * len(kinds), 6), layout="constrained", squeeze=False, sharey=True
+    )
+    for axis, bounds in zip(axes[0], kinds, strict=True):
+        _draw_horizons(axis, [row for row in drawn if row.bounds == bounds], names)
+        axis.set_title(
+            f"{problem}{', bounded' if bounds else ''}: time over the horizon; slope 1 is linear",
+            fontsize=10,
+        )
+    axes[0, 0].set_ylabel("median time per window")
+    return figure
+
+
+def _draw_horizons(axes: Axes, rows: Sequence[Row], colors: Mapping[str, int]) -> None:
+    curves: dict[str, list[Row]] = {}
     for row in rows:
-        if row.problem == problem and row.mode in (ONE_PASS, CONVERGED):
-            curves.setdefault((row.contender, row.mode), []).append(row)
-    for i, ((contender, mode), found) in enumerate(curves.items()):
+        curves.setdefault(_label(row), []).append(row)
+    for name, found in curves.items():
         found.sort(key=lambda row: row.horizon)
         N, time_s = np.array([(row.horizon, row.median_s) for row in found]).T
-        label = f"{contender}, {mode}"
-        if len(N) > 1:
-            label += f": slope {np.polyfit(np.log(N), np.log(time_s), 1)[0]:.2f}"
-        marker = MODE_STYLES[mode]["marker"]
-        axes.loglog(N, time_s, marker=marker, markersize=5, color=f"C{i}", label=label)
-    horizons = sorted({row.horizon for found in curves.values() for row in found})
+        slope = f": slope {np.polyfit(np.log(N), np.log(time_s), 1)[0]:.2f}" if len(N) > 1 else ""
+        marker, color = MODE_STYLES[found[0].mode]["marker"], f"C{colors[name]}"
+        axes.loglog(N, time_s, marker=marker, markersize=5, color=color, label=name + slope)
+    horizons = sorted({row.horizon for row in rows})
     axes.set_xticks(horizons, [str(N) for N in horizons])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel("horizon N / intervals of 10 ms")
-    axes.set_ylabel("median time per window")
-    axes.set_title(f"{problem}: time over the horizon; slope 1 is linear", fontsize=10)
     _time_axis(axes, "y")
-    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
-    return figure
+    if curves:
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8)
+
+
+def _label(row: Row) -> str:
+    """Return what stands beside a row's time; the horizon too where a panel has several."""
+    if row.mode in REUSE_MODES:
+        return f"{row.contender}, N = {row.horizon}, {row.mode.removeprefix('stream, ')}"
+    return f"{row.contender}, {row.mode}"
 
 
 def _time_axis(axes: Axes, which: str) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmark.speed.export import write_problem
 from benchmark.speed.problems import PROBLEMS, Problem, find_problem
 from benchmark.speed.rows import Row, write_rows
-from benchmark.speed.suite import StreamPlan, few, race_filters, race_windows
+from benchmark.speed.suite import StreamPlan, few, race_filters, race_reuse, race_windows
 from benchmark.speed.verdicts import Promise, Verdict, verdicts
 from pen_mhe.console import console, print_table, progress
 from pen_mhe.figures import save
@@ -23,7 +23,9 @@ SINGLE_THREADED: Mapping[str, str] = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THRE
 """Environment under which NumPy, SciPy and CasADi's solvers start no threads."""
 
 STREAM_PROBLEM = "pen15_20"
-"""Whose recording the filters run on."""
+"""On whose recording the filters run."""
+REUSE_PROBLEM = "pen24_60"
+"""On whose recording factors are kept: its sensors hold all states, so they are by default."""
 JUDGED = {True: "met", False: "missed", None: "no figure"}
 
 
@@ -50,7 +52,7 @@ def run_speed(
     ----------
     output : folder to write to
     windows : at most so many per problem; all where it is None
-    stream : of the filters; `StreamPlan`'s own where it is None
+    stream : how much of it; `StreamPlan`'s own where it is None
     """
     output.mkdir(parents=True, exist_ok=True)
     rows: list[Row] = []
@@ -61,7 +63,8 @@ def run_speed(
         rows += raced.rows
         write_problem(limited, raced.windows, output)
     plan = stream or StreamPlan()
-    rows += race_filters(find_problem(STREAM_PROBLEM), plan, left_out.setdefault, progress)
+    for race, streamed in ((race_filters, STREAM_PROBLEM), (race_reuse, REUSE_PROBLEM)):
+        rows += race(find_problem(streamed), plan, left_out.setdefault, progress)
     write_rows(rows, output / "speed.json")
     save(contender_figure(rows), output / "speed.png")
     save(horizon_figure(rows), output / "speed_horizon.png")
@@ -77,18 +80,20 @@ def run_speed(
 
 
 def _print_rows(rows: Sequence[Row]) -> None:
-    times, qualities = ["median", "p99"], ["cost", "error/std", "solved"]
-    columns = ["problem", "N", "contender", "mode", *times, *qualities, "build"]
+    times, qualities = ["median", "p99"], ["cost", "error/std", "violation/std", "solved"]
+    columns = ["problem", "N", "active", "contender", "mode", *times, *qualities, "build"]
     texts = [
         [
             row.problem,
             str(row.horizon),
+            "" if row.active_rows is None else f"{row.active_rows:.1f}",
             row.contender,
             row.mode,
             in_unit(row.median_s),
             in_unit(row.p99_s),
             "" if row.cost is None else f"{row.cost:.10g}",
             "" if row.newest_error_std is None else f"{row.newest_error_std:.1e}",
+            "" if row.violation_std is None else f"{row.violation_std:.1e}",
             f"{row.solved:.0%}",
             in_unit(row.build_s),
         ]
@@ -116,4 +121,6 @@ def _target(promise: Promise) -> str:
         return f"≤ {in_unit(promise.most)}"
     if promise.most == float("inf"):
         return f"≥ {promise.least:g}"
+    if promise.least == 0:
+        return f"≤ {promise.most:.3g}"
     return f"{promise.least:g} to {promise.most:g}"

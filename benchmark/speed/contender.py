@@ -24,8 +24,10 @@ ItemT = TypeVar("ItemT")
 ItemIn = TypeVar("ItemIn", contravariant=True)
 
 ONE_PASS, CONVERGED = "one pass", "converged"
-PASS_CALL = "one pass, compiled call"
+PASS_CALL, CONVERGED_CALL = "one pass, compiled call", "converged, compiled call"
 STEP, OVERHEAD, BATCH = "step", "step overhead", "batch"
+STREAM_CALL, FULL_STREAM_CALL = "stream, compiled call", "stream, compiled call, full passes"
+EXPORTED, EXPORTED_FLOAT = "step, exported C", "step, exported C, float"
 BUFFERS, ALGEBRA = "step, compiled callbacks", "step, algebra only"
 """Modes: what is done with an item, or which part of it is timed."""
 
@@ -98,6 +100,12 @@ def in_silence() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
+
+
+def knows_only_bounds(model: StateSpaceModel) -> None:
+    """Raise `ContenderAbsentError` where a model has inequalities beside its bounds."""
+    if model.inequality.numel_out(0):
+        raise ContenderAbsentError("its problem is written down here with bounds only")
 
 
 def peer(module: str, package: str) -> tuple[Any, str]:

@@ -9,27 +9,39 @@ from benchmark.speed.contender import (
     BATCH,
     BUFFERS,
     CONVERGED,
+    CONVERGED_CALL,
+    EXPORTED,
+    EXPORTED_FLOAT,
+    FULL_STREAM_CALL,
     ONE_PASS,
     OVERHEAD,
     PASS_CALL,
     STEP,
+    STREAM_CALL,
     Entry,
 )
 from benchmark.speed.dompc_contender import DoMpc
+from benchmark.speed.exported_contender import ExportedStep
 from benchmark.speed.fatrop_contender import Fatrop
 from benchmark.speed.filterpy_contender import Filterpy
 from benchmark.speed.ipopt_contender import Ipopt
-from benchmark.speed.osqp_contender import DEFAULT, TUNED, Osqp
-from benchmark.speed.own_contenders import LIVE_HORIZON, Batch, LiveStep, WindowStep
+from benchmark.speed.osqp_contender import DEFAULT, RHOS, TUNED, TUNED_BOUNDED, Osqp
+from benchmark.speed.own_contenders import LIVE, LIVE_HORIZON, Batch, LiveStep, WindowStep
 from benchmark.speed.samples import Sample, Stream
 from benchmark.speed.windows import SpeedWindow
+from mhe.config import MheConfig
 
 WINDOW_CONTENDERS: tuple[Entry[SpeedWindow], ...] = (
     Entry("mhe-rti", ONE_PASS, partial(WindowStep, name="mhe-rti")),
     Entry("mhe-rti", PASS_CALL, partial(WindowStep, name="mhe-rti", call_only=True)),
-    Entry("osqp", ONE_PASS, partial(Osqp, settings=DEFAULT)),
-    Entry("osqp-tuned", ONE_PASS, partial(Osqp, settings=TUNED)),
+    Entry("osqp", ONE_PASS, partial(Osqp, settings=DEFAULT, bounded_settings=DEFAULT)),
+    Entry(
+        "osqp-tuned",
+        ONE_PASS,
+        partial(Osqp, settings=TUNED, bounded_settings=TUNED_BOUNDED, bounded_rhos=RHOS),
+    ),
     Entry("mhe", CONVERGED, partial(WindowStep, name="mhe")),
+    Entry("mhe", CONVERGED_CALL, partial(WindowStep, name="mhe", call_only=True)),
     Entry("fatrop", CONVERGED, Fatrop),
     Entry("ipopt", CONVERGED, partial(Ipopt, exact_hessian=False)),
     Entry("ipopt-exact", CONVERGED, partial(Ipopt, exact_hessian=True)),
@@ -59,14 +71,50 @@ def sample_contenders(dt: float) -> tuple[Entry[Sample], ...]:
             Entry(
                 name,
                 mode,
-                partial(LiveStep, name=name, overhead=mode == OVERHEAD),
+                partial(LiveStep, name=name, counted=mode),
                 horizon=LIVE_HORIZON,
                 judged=False,
             )
             for name in ("mhe-rti", "mhe")
             for mode in (STEP, OVERHEAD)
         ),
+        *(
+            Entry(
+                name,
+                mode,
+                partial(ExportedStep, name=name, real=real, config=config),
+                horizon=horizon,
+                judged=name == "ekf",
+            )
+            for name, horizon, config in (
+                ("ekf", FILTER_HORIZON, None),
+                ("mhe-rti", LIVE_HORIZON, LIVE),
+            )
+            for mode, real in ((EXPORTED, "double"), (EXPORTED_FLOAT, "float"))
+        ),
     )
+
+
+REUSE_HORIZONS = (LIVE_HORIZON, 100)
+"""N of what keeps factors along a stream, and of its full passes."""
+
+REUSE_CONTENDERS: tuple[Entry[Sample], ...] = tuple(
+    Entry(
+        "mhe-rti",
+        mode,
+        partial(
+            LiveStep,
+            name="mhe-rti",
+            counted=mode,
+            config=MheConfig(horizon=horizon, reuse_threshold=threshold),
+        ),
+        horizon=horizon,
+        judged=False,
+    )
+    for horizon in REUSE_HORIZONS
+    for mode, threshold in ((STREAM_CALL, None), (FULL_STREAM_CALL, 0.0))
+)
+"""What steps along a stream as it does by default, and with full passes only."""
 
 
 def stream_contenders(samples: int) -> tuple[Entry[Stream], ...]:

@@ -5,7 +5,8 @@ its documentation has it; the first reading goes into the arrival cost, because 
 no measurement at the first state. A reading's residual (a rotation, for a camera) is given
 as a measurement of zero, its mask as a factor. Solved by `MHE.solve` with the parameters
 and the initial guess set by hand: `make_step` does that work in Python at every step.
-IPOPT with its default tolerance and ``warm_start_init_point``; nothing is stored.
+IPOPT with its default tolerance, ``warm_start_init_point`` and, for bounds, a barrier that
+begins at 1e-3; nothing is stored. Bounds are its own, on every state of the window.
 """
 
 from __future__ import annotations
@@ -15,13 +16,17 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from benchmark.speed.contender import Outcome, in_silence, peer
+from benchmark.speed.contender import Outcome, in_silence, knows_only_bounds, peer
 from benchmark.speed.windows import SpeedWindow
 from estimation.kalman_stage import stacked_residual
 from mhe.trajectory import Trajectory
 from models.state_space import StateSpaceModel
 
-OPTIONS = {"calc_lam_p": False, "ipopt.warm_start_init_point": "yes"}
+OPTIONS = {
+    "calc_lam_p": False,
+    "ipopt.warm_start_init_point": "yes",
+    "ipopt.mu_init": 1e-3,
+}
 
 
 class DoMpc:
@@ -29,6 +34,7 @@ class DoMpc:
 
     def __init__(self, model: StateSpaceModel, example: SpeedWindow) -> None:
         do_mpc, self.version = peer("do_mpc", "do-mpc")
+        knows_only_bounds(model)
         self._model, self._horizon = model, len(example.dt)
         with in_silence():
             self._mhe = _estimator(do_mpc, model, len(example.dt))
@@ -79,6 +85,7 @@ def _estimator(do_mpc: Any, model: StateSpaceModel, horizon: int) -> Any:
     settings.supress_ipopt_output()
     settings.nlpsol_opts.update(OPTIONS)
     mhe.set_objective(*_objective(mhe, model))
+    mhe.bounds["lower", "_x", "x"], mhe.bounds["upper", "_x", "x"] = model.lower, model.upper
     given = (
         (mhe.set_tvp_fun, mhe.get_tvp_template()),
         (mhe.set_p_fun, mhe.get_p_template()),

@@ -1,12 +1,16 @@
 """A Gauss-Newton step of a window as a sparse QP, its numbers from compiled stage functions.
 
-    min  ½ zᵀ P z + qᵀ z   s.t.   A z = b,      z = (δ_0, ω_0, δ_1, …, δ_N)
+    min  ½ zᵀ P z + qᵀ z   s.t.   l ≤ A z ≤ u,      z = (δ_0, ω_0, δ_1, …, δ_N)
 
 in the variables of `benchmark.speed.stagewise`, linearised at the warm start. H, F and G
 are derivatives along δ and ω, residuals r in standard deviations:
 
     P = diag(L̄⁻ᵀ L̄⁻¹ + H_0ᵀ H_0, I, H_1ᵀ H_1, I, …),   q = (…, H_kᵀ r_k, w̃_k, …)
-    A = rows (-F_k, -G_k, I),                            b = D⁻¹ (f(x̃_k, w̃_k) - x̃_{k+1})
+    A = rows (-F_k, -G_k, I),                        l = u = D⁻¹ (f(x̃_k, w̃_k) - x̃_{k+1})
+
+and, for every state i with a bound and every stage, a row
+
+    D_i⁻¹ (lower_i - x̃_ki) ≤ δ_ki ≤ D_i⁻¹ (upper_i - x̃_ki)
 
 The functions of one stage are compiled once and mapped over the window; where each of
 their nonzeros stands in P and A is found once, by matrices of labels.
@@ -20,6 +24,7 @@ import casadi as ca
 import numpy as np
 import scipy.sparse as sp
 
+from benchmark.speed.stagewise import bounded_states
 from benchmark.speed.windows import SpeedWindow
 from estimation.kalman_stage import stacked_residual
 from estimation.native import compiled
@@ -33,7 +38,7 @@ class GaussNewtonQp:
 
     Parameters
     ----------
-    numbers : casadi.Function of `qp_arguments` → nonzeros of P, q, nonzeros of A, b
+    numbers : casadi.Function of `qp_arguments` → nonzeros of P, q, nonzeros of A, l, u
     P, A : matrices of the right pattern, P its upper triangle
     """
 
@@ -65,10 +70,18 @@ class GaussNewtonQp:
         P = sp.block_diag(diagonal, format="csc")
         F_labels = _labels(moved.sparsity_out(0), 1, N)
         G_labels = _labels(moved.sparsity_out(1), 1 + F.nnz(), N)
+        bounded = bounded_states(model)
         rows: list[list[sp.sparray | None]] = [[None] * (2 * N + 1) for _ in range(N)]
         for k in range(N):
             rows[k][2 * k : 2 * k + 3] = [F_labels[k], G_labels[k], eye_x]
+        for k in range(N + 1 if bounded else 0):
+            rows.append([None] * (2 * N + 1))
+            rows[-1][2 * k] = eye_x.tocsr()[bounded]
         A = sp.block_array(rows, format="csc")
+        low, high = (
+            ca.vec((ca.repmat(bound[bounded], 1, N + 1) - x[bounded, :]) / scale[bounded])
+            for bound in (model.lower, model.upper)
+        )
 
         one = ca.MX(1)
         numbers = ca.Function(
@@ -78,7 +91,8 @@ class GaussNewtonQp:
                 _picked(P, one, P_0, P_k),
                 ca.vertcat(ca.vec(ca.vertcat(ca.horzcat(q_0, q_k)[:, :N], w)), q_k[:, N - 1]),
                 _picked(A, one, F, G),
-                ca.vec(b),
+                ca.vertcat(ca.vec(b), low),
+                ca.vertcat(ca.vec(b), high),
             ],
         )
         return cls(numbers, sp.csc_matrix(P), sp.csc_matrix(A))

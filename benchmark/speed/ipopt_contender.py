@@ -1,8 +1,10 @@
 """IPOPT on this project's own window problem: expanded SX, shifted warm start.
 
 IPOPT's default tolerance. Everything is in standard deviations, so its automatic scaling
-of the problem is off; what is not asked for (multipliers of parameters) is not computed.
-With the Gauss-Newton Hessian, as ``mhe-ipopt`` uses it, or with the exact one.
+of the problem is off; what is not asked for (multipliers of parameters) is not computed. The
+barrier, of bounds, begins at 1e-3 instead of 0.1: the warm start is near, and the bounded pen of
+15 states takes a sixth of the iterations less; without bounds it changes nothing. With the
+Gauss-Newton Hessian, as ``mhe-ipopt`` uses it, or with the exact one.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ OPTIONS: Mapping[str, Any] = {
     "ipopt.print_level": 0,
     "ipopt.sb": "yes",
     "ipopt.nlp_scaling_method": "none",
+    "ipopt.mu_init": 1e-3,
 }
 
 

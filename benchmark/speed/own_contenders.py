@@ -1,6 +1,11 @@
 """The project's own estimators as contenders, by their names in the registry.
 
-A name that the registry does not have is left out like a peer that is not installed.
+A name that the registry does not have, or an estimator that refuses a model, is left out like a
+peer that is not installed.
+
+An estimator keeps the factors of its last pass in its workspace and takes those that the next
+pass would make again, bit for bit. The runner repeats a step, and a step that was just taken
+would find all of its own: so `prepare` leaves the workspace as it is when a step comes live.
 """
 
 from __future__ import annotations
@@ -9,29 +14,36 @@ import time
 from importlib.metadata import version
 from typing import Any
 
-import numpy as np
-
 from benchmark.registry import ESTIMATORS, EstimatorSettings, create_estimator
-from benchmark.speed.contender import ContenderAbsentError, Outcome
+from benchmark.speed.contender import OVERHEAD, STEP, ContenderAbsentError, Outcome
+from benchmark.speed.held_rows import HeldRows
 from benchmark.speed.samples import Sample, Stream
 from benchmark.speed.windows import SpeedWindow
 from estimation import native
-from estimation.kalman_stage import rows_present, without_gaps
+from estimation.recording import Measurement
 from mhe.config import MheConfig
-from mhe.realtime import WindowState, window_memory
+from mhe.realtime import WindowState, packed_window, window_memory
 from mhe.trajectory import Trajectory
+from models.errors import InputError
+from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 VERSION = f"pen-mhe {version('pen-mhe')}"
 LIVE_HORIZON = 20
 """N of a moving-horizon estimator on a stream."""
+LIVE = MheConfig(horizon=LIVE_HORIZON)
+OTHER_PRIOR = 1.01
+"""Factor on a prior's covariance that makes another window of a window, all of its factors new."""
 
 
-def estimator(name: str, model: StateSpaceModel, horizon: int) -> Any:
+def estimator(name: str, model: StateSpaceModel, config: MheConfig) -> Any:
     """Return an estimator of the registry; raises `ContenderAbsentError` where there is none."""
     if name not in ESTIMATORS:
         raise ContenderAbsentError("not among the estimators")
-    return create_estimator(name, model, EstimatorSettings(mhe=MheConfig(horizon=horizon)))
+    try:
+        return create_estimator(name, model, EstimatorSettings(mhe=config))
+    except InputError as refusal:
+        raise ContenderAbsentError(str(refusal)) from None
 
 
 def _check_call_time() -> None:
@@ -52,72 +64,89 @@ class WindowStep:
     def __init__(
         self, model: StateSpaceModel, example: SpeedWindow, name: str, call_only: bool = False
     ) -> None:
-        self._estimator, self._call_only = estimator(name, model, len(example.dt)), call_only
+        self._estimator = estimator(name, model, MheConfig(horizon=len(example.dt)))
+        self._call_only = call_only
         if call_only:
             _check_call_time()
-        self._layout = window_memory(model, len(example.measurements))
+        self.layout = window_memory(model, len(example.measurements))
+        self._held = HeldRows(model)
 
     def prepare(self, item: SpeedWindow) -> None:
-        """Write down the state after the window before."""
-        self._window, before, layout = item, item.previous, self._layout
-        memory = np.zeros(layout.size)
-        states, noises = before.trajectory.states, before.trajectory.noises
-        written: dict[str, Any] = {
-            "count": len(before.measurements),
-            "times": [m.time_s for m in before.measurements],
-            "y": [without_gaps(m.y) for m in before.measurements],
-            "present": [rows_present(item.model, m.y) for m in before.measurements],
-            "x": states,
-            "w": noises,
-            "predicted": states,  # only read for another arrival cost
-            "prior_mean": before.prior.mean,
-            "prior_covariance": before.prior.covariance,
-        }
-        for block, value in written.items():
-            layout.view(memory, block)[...] = value
-        self._state, self._newest = WindowState(memory), item.measurements[-1]
+        """Write down the state after the window before; leave another window's factors behind."""
+        prior = item.previous.prior
+        other = GaussianState(prior.mean, OTHER_PRIOR * prior.covariance)
+        self._newest = item.measurements[-1]
+        self._estimator.step(self._after(item, other), self._newest)
+        self.state = self._after(item, prior)
 
     def solve(self) -> float | None:
         """Take the step."""
-        self._next, self._estimate = self._estimator.step(self._state, self._newest)
-        return self._estimate.call_s if self._call_only else None
+        self._next, self.estimate = self._estimator.step(self.state, self._newest)
+        return self.estimate.call_s if self._call_only else None
 
     def outcome(self) -> Outcome:
         """Read the window out of the state."""
         memory = self._next.memory
-        trajectory = Trajectory(*(self._layout.view(memory, block).copy() for block in "xw"))
-        return Outcome(self._estimate.status.is_solved, self._estimate.state.mean, trajectory)
+        trajectory = Trajectory(*(self.layout.view(memory, block).copy() for block in "xw"))
+        return Outcome(self.estimate.status.is_solved, self.estimate.state.mean, trajectory)
+
+    def _after(self, item: SpeedWindow, prior: GaussianState) -> WindowState:
+        """Return the state after the window before, its active rows marked."""
+        before, n_stages = item.previous, len(item.measurements)
+        trajectory, measurements = before.trajectory, before.measurements
+        state = packed_window(item.model, n_stages, prior, measurements, trajectory)
+        if self._held.n_c:
+            active = self._held.active(measurements, trajectory.states, item.scale)
+            self.layout.view(state.memory, "active")[...] = active
+        return state
 
 
 class LiveStep:
-    """An estimator's ``step``, one sample at a time; all of it, or what Python adds."""
+    """An estimator's ``step``, one sample at a time: all of it, or a part.
+
+    Parameters
+    ----------
+    counted : `benchmark.speed.contender.STEP` for all of it, `OVERHEAD` for what Python adds,
+        any other mode for the compiled call
+    config : of a moving-horizon estimator
+    """
 
     version = VERSION
 
     def __init__(
-        self, model: StateSpaceModel, example: Sample, name: str, overhead: bool = False
+        self,
+        model: StateSpaceModel,
+        example: Sample,
+        name: str,
+        counted: str = STEP,
+        config: MheConfig = LIVE,
     ) -> None:
-        self._estimator, self._overhead = estimator(name, model, LIVE_HORIZON), overhead
-        if overhead:
+        self._estimator, self._counted = estimator(name, model, config), counted
+        if counted != STEP:
             _check_call_time()
         self._state = self._estimator.init()
+        self._before: tuple[Any, Measurement] | None = None
 
     def prepare(self, item: Sample) -> None:
-        """Keep the sample."""
+        """Take the step before once more, so that the workspace is as that leaves it."""
         self._measurement = item.measurement
+        if self._before is not None:
+            self._estimator.step(*self._before)
 
     def solve(self) -> float | None:
         """Take the step from the state before this sample."""
         start = time.perf_counter()
-        self._next, self._estimate = self._estimator.step(self._state, self._measurement)
-        if not self._overhead:
+        self._next, self.estimate = self._estimator.step(self._state, self._measurement)
+        if self._counted == STEP:
             return None
-        return time.perf_counter() - start - self._estimate.call_s
+        call_s: float = self.estimate.call_s
+        return time.perf_counter() - start - call_s if self._counted == OVERHEAD else call_s
 
     def outcome(self) -> Outcome:
         """Go on to the next sample."""
+        self._before = self._state, self._measurement
         self._state = self._next
-        return Outcome(self._estimate.status.is_solved, self._estimate.state.mean)
+        return Outcome(self.estimate.status.is_solved, self.estimate.state.mean)
 
 
 class Batch:
@@ -126,7 +155,7 @@ class Batch:
     version = VERSION
 
     def __init__(self, model: StateSpaceModel, example: Stream, name: str) -> None:
-        self._estimator = estimator(name, model, LIVE_HORIZON)
+        self._estimator = estimator(name, model, LIVE)
         if not hasattr(self._estimator, "batch"):
             raise ContenderAbsentError("the estimator has no batch call")
         self._start = self._estimator.init()

@@ -1,13 +1,15 @@
 """The problems of the suite, as data: a model, a recording to cut windows from, a horizon.
 
 A problem's name is that of its model; with its horizon it makes the key ``pen15_20``
-under which results and files go.
+under which results and files go. Every problem is there twice: as it is, and with the
+bounds of its body (``pen15_20_bounded``) on the same recording.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from benchmark.registry import find_pen
@@ -18,7 +20,7 @@ from models.errors import InputError
 from models.pen import PenConfig, pen_model
 from models.sensors import Sensor
 from models.state_space import StateSpaceModel
-from models.turntable import TurntableConfig, paper_turntable, turntable_model
+from models.turntable import TILTS, TurntableConfig, paper_turntable, turntable_model
 
 NO_BIAS: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
@@ -31,6 +33,24 @@ NO_BIAS: Mapping[str, Mapping[str, object]] = MappingProxyType(
 MOTION = "handwriting"
 DURATION_S = 12.0
 """Of a problem's recording: fixed, so that the first windows are the same in any number."""
+BOUNDED = "_bounded"
+"""At the end of a bounded problem's key."""
+
+Bounds = Mapping[str, tuple[float, float]]
+WRITING_HAND: Bounds = MappingProxyType(
+    {
+        "tip_z_m": (0.0, math.inf),
+        "tip_x_velocity_m_s": (-0.06, 0.06),
+        "tip_y_velocity_m_s": (-0.06, 0.06),
+        "tip_z_velocity_m_s": (-0.03, 0.03),
+    }
+)
+"""Of `MOTION`, as far as windows are cut from it: the tip stays above its paper and gets no faster.
+Without a camera nothing else says where the tip is, and the estimate drifts off by metres."""
+
+RAISED_PAPER: Bounds = MappingProxyType({"tip_z_m": (0.003, math.inf)})
+"""Half a millimetre above the mean height of the tip in `MOTION`: a camera sees the tip below
+for more than half of the time."""
 
 
 @dataclass(frozen=True)
@@ -40,13 +60,16 @@ class Body:
     Parameters
     ----------
     config : the pen or turntable as data, with the sensors that are used and no other
-    model : the state-space model
+    model : the state-space model, without bounds
     record : duration (s) and seed → a simulated recording
+    bounds : state → (lower, upper), of the bounded problem: several stages of most windows
+        touch them
     """
 
     config: PenConfig | TurntableConfig
     model: Callable[[], StateSpaceModel]
     record: Callable[[float, int], Recording]
+    bounds: Bounds
 
 
 @dataclass(frozen=True)
@@ -59,39 +82,55 @@ class Problem:
     horizon : N, intervals of a window
     windows : how many are timed; more narrows the median and takes longer
     seed : of the recording
+    bounded : whether the bounds of its body hold
     """
 
     name: str
     horizon: int
     windows: int
     seed: int = 0
+    bounded: bool = False
 
     @property
     def key(self) -> str:
-        """Name and horizon: ``pen15_20``."""
-        return f"{self.name}_{self.horizon}"
+        """Name and horizon: ``pen15_20``, ``pen15_20_bounded``."""
+        return f"{self.name}_{self.horizon}{BOUNDED if self.bounded else ''}"
 
     @property
     def body(self) -> Body:
         """What moves."""
         return BODIES[self.name]()
 
+    @property
+    def model(self) -> StateSpaceModel:
+        """The state-space model, with its bounds where the problem is bounded."""
+        body = self.body
+        model = body.model()
+        return model.bounded(**body.bounds) if self.bounded else model
 
-def _pen_body(pen: PenConfig) -> Body:
+
+def _pen_body(pen: PenConfig, bounds: Bounds) -> Body:
     return Body(
         pen,
         # The sensors as they are: a writing area would be a sixth to eighth row.
         lambda: pen_model(pen, writing_area=False),
         lambda duration_s, seed: simulate_recording(pen, None, MOTION, duration_s, seed),
+        bounds,
     )
 
 
 def _turntable() -> Body:
+    """Two tilts; its drives keep to their rates, so bounded they get no faster."""
     table = paper_turntable()
+    rates = {
+        f"{tilt}_rate_rad_s": (-math.inf, axis.rate_rad_s)
+        for tilt, axis in zip(TILTS, table.axes, strict=True)
+    }
     return Body(
         table,
         lambda: turntable_model(table),
         lambda duration_s, seed: simulate_table(table, duration_s, seed),
+        rates,
     )
 
 
@@ -101,14 +140,16 @@ def _pen15() -> Body:
     sensors: dict[str, Sensor] = {
         name: pen.sensors[name].model_copy(update=dict(change)) for name, change in NO_BIAS.items()
     }
-    return _pen_body(pen.model_copy(update={"degrees_of_freedom": 5, "sensors": sensors}))
+    return _pen_body(
+        pen.model_copy(update={"degrees_of_freedom": 5, "sensors": sensors}), WRITING_HAND
+    )
 
 
 def _pen24() -> Body:
     """Six degrees of freedom and six biases: 24 states; a camera at its own rate of 30 Hz."""
     pen = find_pen("reference")
     sensors = {name: pen.sensors[name] for name in ("accel", "gyro", "camera")}
-    return _pen_body(pen.model_copy(update={"sensors": sensors}))
+    return _pen_body(pen.model_copy(update={"sensors": sensors}), RAISED_PAPER)
 
 
 BODIES: Mapping[str, Callable[[], Body]] = MappingProxyType(
@@ -116,13 +157,16 @@ BODIES: Mapping[str, Callable[[], Body]] = MappingProxyType(
 )
 """Name → what moves."""
 
-PROBLEMS: tuple[Problem, ...] = (
+FREE: tuple[Problem, ...] = (
     Problem("turntable", 20, 200),
     Problem("pen15", 20, 200),
     Problem("pen15", 100, 60),
     Problem("pen15", 500, 20),
     Problem("pen24", 60, 60),
 )
+"""The problems without bounds."""
+
+PROBLEMS: tuple[Problem, ...] = (*FREE, *(replace(problem, bounded=True) for problem in FREE))
 """The suite."""
 
 

@@ -26,7 +26,7 @@ class Row:
 
     Parameters
     ----------
-    problem, bounds : name, and whether bounds were active
+    problem, bounds : name, and whether it is the one with bounds
     contender, mode, version : who, doing what
     horizon : N of the window; 0 for a filter
     windows : windows, samples or whole streams that were timed
@@ -36,6 +36,9 @@ class Row:
     newest_error_std, newest_error_max_std : median and largest distance of the newest state
         from the reference's, in its standard deviations (largest component)
     solved : fraction of the windows that the contender calls solved
+    active_rows : bounds that are active in a window of the reference, mean; None without bounds
+    violation_std : by how much a bound is exceeded at most in any window, in standard
+        deviations; None without bounds
     """
 
     problem: str
@@ -53,6 +56,16 @@ class Row:
     newest_error_std: float | None
     newest_error_max_std: float | None
     solved: float
+    active_rows: float | None = None
+    violation_std: float | None = None
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What a solution of a window is worth: its cost, and by how much it exceeds a bound."""
+
+    cost: float
+    violation_std: float = 0.0
 
 
 def row(
@@ -60,21 +73,24 @@ def row(
     problem: Problem,
     model: StateSpaceModel,
     references: Sequence[GaussianState],
-    cost: Callable[[int, Outcome], float] | None = None,
+    quality: Callable[[int, Outcome], Quality] | None = None,
+    active_rows: float | None = None,
 ) -> Row:
     """Return the row of a contender after its race.
 
     Parameters
     ----------
     references : per timed item, the newest state as it should be, and its covariance
-    cost : number of the timed item and outcome → true cost of it
+    quality : number of the timed item and outcome → true quality of it
+    active_rows : of the problem's windows, mean; None for a problem without bounds
     """
     times, outcomes, entry = np.array(racer.times_s), racer.outcomes, racer.entry
     errors = [_away(model, o.newest, r) for o, r in zip(outcomes, references, strict=True)]
-    costs = [cost(i, outcome) for i, outcome in enumerate(outcomes)] if cost else []
+    found = [quality(i, outcome) for i, outcome in enumerate(outcomes)] if quality else []
+    violations = [each.violation_std for each in found]
     return Row(
         problem=problem.name,
-        bounds=False,
+        bounds=problem.bounded,
         contender=entry.name,
         mode=entry.mode,
         horizon=problem.horizon if entry.horizon is None else entry.horizon,
@@ -82,12 +98,14 @@ def row(
         median_s=float(np.median(times)),
         p99_s=float(np.quantile(times, 0.99)),
         max_s=float(times.max()),
-        cost=_number(np.mean(costs)) if costs else None,
+        cost=_number(np.mean([each.cost for each in found])) if found else None,
         build_s=racer.build_s,
         version=racer.contender.version,
         newest_error_std=_number(np.median(errors)) if entry.judged else None,
         newest_error_max_std=_number(np.max(errors)) if entry.judged else None,
         solved=float(np.mean([outcome.solved for outcome in outcomes])),
+        active_rows=active_rows,
+        violation_std=_number(np.max(violations)) if found and problem.bounded else None,
     )
 
 

@@ -4,8 +4,8 @@
     s.t. δ_{k+1} = D⁻¹ (f(x_k, w̃_k + ω_k, Δt_k) - x̃_{k+1}),    x_k = x̃_k + D δ_k
 
 Variables (δ_0, ω_0, δ_1, …, δ_N) are steps from the trajectory (x̃, w̃) in the scale D, with
-which every state counts in its standard deviation. The prior enters by the inverse of its
-Cholesky factor, made outside the clock.
+which every state counts in its standard deviation. Bounds on states are bounds on δ. The
+prior enters by the inverse of its Cholesky factor, made outside the clock.
 """
 
 from __future__ import annotations
@@ -84,6 +84,21 @@ def stagewise_parameters(window: SpeedWindow) -> Array:
         window.guess.noises.ravel(),
     )
     return np.concatenate(parts).astype(float)
+
+
+def bounded_states(model: StateSpaceModel) -> list[int]:
+    """Return the indices of the states that have a bound."""
+    bounded = np.isfinite(model.lower) | np.isfinite(model.upper)
+    return [int(i) for i in np.flatnonzero(bounded)]
+
+
+def stagewise_bounds(window: SpeedWindow) -> tuple[Array, Array]:
+    """Return (lower, upper) of the variables of a `StagewiseProblem`, ±inf where there is none."""
+    model, guess = window.model, window.guess
+    free = np.full((len(guess.states), model.n_w), np.inf)
+    lower = np.hstack([(model.lower - guess.states) / window.scale, -free])
+    upper = np.hstack([(model.upper - guess.states) / window.scale, free])
+    return lower.ravel()[: -model.n_w], upper.ravel()[: -model.n_w]
 
 
 def trajectory_of(variables: Array, window: SpeedWindow) -> Trajectory:

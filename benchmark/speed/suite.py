@@ -1,4 +1,4 @@
-"""The suite: every problem's windows, and a stream for the filters."""
+"""The suite: every problem's windows, and a stream for the filters and for what keeps factors."""
 
 from __future__ import annotations
 
@@ -7,11 +7,20 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from benchmark.speed.contender import Entry, ItemT, Outcome
-from benchmark.speed.contenders import WINDOW_CONTENDERS, sample_contenders, stream_contenders
+from benchmark.speed.contenders import (
+    REUSE_CONTENDERS,
+    REUSE_HORIZONS,
+    WINDOW_CONTENDERS,
+    sample_contenders,
+    stream_contenders,
+)
 from benchmark.speed.cost import WindowCost
+from benchmark.speed.held_rows import HeldRows
 from benchmark.speed.problems import Problem
-from benchmark.speed.rows import Row, row
+from benchmark.speed.rows import Quality, Row, row
 from benchmark.speed.runner import Racer, built, race
 from benchmark.speed.samples import filtered_stream
 from benchmark.speed.windows import SolvedWindow, SpeedWindow, solved_windows
@@ -73,16 +82,29 @@ def race_windows(
     windows = [each.window for each in solved]
     model, timed = windows[0].model, solved[WARM_UP:]
     racers = _raced(problem.key, entries, model, windows, WARM_UP, absent, progress)
-    window_cost = WindowCost(model, problem.horizon)
+    window_cost, held = WindowCost(model, problem.horizon), HeldRows(model)
 
-    def cost(i: int, outcome: Outcome) -> float:
+    def quality(i: int, outcome: Outcome) -> Quality:
         assert outcome.trajectory is not None
-        found = outcome.trajectory
-        return window_cost(timed[i].window, found.states[0], found.noises)
+        window, found = timed[i].window, outcome.trajectory
+        cost = window_cost(window, found.states[0], found.noises)
+        rolled_out = window_cost.states(window, found.states[0], found.noises)
+        return Quality(cost, held.violation(window, rolled_out))
 
     newest = [each.optimum.newest for each in timed]
-    rows = tuple(row(racer, problem, model, newest, cost) for racer in racers)
+    active = active_rows(held, timed) if problem.bounded else None
+    rows = tuple(row(racer, problem, model, newest, quality, active) for racer in racers)
     return RacedProblem(problem, model, rows, tuple(timed))
+
+
+def active_rows(held: HeldRows, solved: Sequence[SolvedWindow]) -> float:
+    """Return how many rows of bounds and inequalities are active in a window's optimum, mean."""
+    counts = []
+    for each in solved:
+        states = each.optimum.trajectory.states
+        active = held.active(each.window.measurements, states, each.window.scale)
+        counts.append(active.sum())
+    return float(np.mean(counts))
 
 
 def race_filters(
@@ -94,7 +116,7 @@ def race_filters(
     ----------
     problem : whose recording makes the stream
     """
-    model = problem.body.model()
+    model = problem.model
     count = plan.warm_up + plan.samples
     stream = filtered_stream(problem, model, count)
     first, second = (sample.measurement.time_s for sample in stream.samples[:2])
@@ -108,6 +130,24 @@ def race_filters(
         *(row(racer, problem, model, stream.reference[plan.warm_up :]) for racer in live),
         *(row(racer, problem, model, after) for racer in batch),
     )
+
+
+def race_reuse(
+    problem: Problem, plan: StreamPlan, absent: Absent, progress: Progress = no_progress
+) -> tuple[Row, ...]:
+    """Race passes that keep factors along a stream against full ones, sample by sample.
+
+    Parameters
+    ----------
+    problem : whose recording makes the stream; factors are kept where its sensors hold all
+        states
+    """
+    model = problem.model
+    warm_up = plan.warm_up + max(REUSE_HORIZONS)  # before that the longest window is not full
+    stream = filtered_stream(problem, model, warm_up + plan.samples)
+    key = f"{problem.name} stream, reuse"
+    racers = _raced(key, REUSE_CONTENDERS, model, stream.samples, warm_up, absent, progress)
+    return tuple(row(racer, problem, model, stream.reference[warm_up:]) for racer in racers)
 
 
 def few(problem: Problem, windows: int) -> Problem:

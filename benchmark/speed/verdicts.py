@@ -5,18 +5,29 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from benchmark.speed.contender import BATCH, CONVERGED, ONE_PASS, OVERHEAD, PASS_CALL, STEP
+from benchmark.speed.contender import (
+    BATCH,
+    CONVERGED,
+    CONVERGED_CALL,
+    FULL_STREAM_CALL,
+    ONE_PASS,
+    OVERHEAD,
+    PASS_CALL,
+    STEP,
+    STREAM_CALL,
+)
 from benchmark.speed.rows import Row
 
 
 @dataclass(frozen=True)
 class Key:
-    """Which row: problem, horizon, contender and mode."""
+    """Which row: problem, horizon, contender and mode, with bounds or without."""
 
     problem: str
     horizon: int
     contender: str
     mode: str
+    bounds: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,6 +72,9 @@ ONE_PASS_20 = Key(*PEN_20, "mhe-rti", ONE_PASS)
 PASS_CALL_20 = Key(*PEN_20, "mhe-rti", PASS_CALL)
 """Like the others' times without what surrounds the solver; the whole step holds it."""
 
+BOUNDED_20 = Key(*PEN_20, "mhe", CONVERGED, bounds=True)
+BOUNDED_CALL_20 = Key(*PEN_20, "mhe", CONVERGED_CALL, bounds=True)
+
 FILTERPY = Key("pen15", 0, "filterpy", STEP)
 
 PROMISES: tuple[Promise, ...] = (
@@ -91,6 +105,31 @@ PROMISES: tuple[Promise, ...] = (
         )
         for N in (100, 500)
     ),
+    *(
+        Promise(
+            f"bounded, converged, N = 20, {timed}: at least 25 times faster than ipopt",
+            own,
+            Key(*PEN_20, "ipopt", CONVERGED, bounds=True),
+            least=25,
+            inverse=True,
+        )
+        for own, timed in ((BOUNDED_CALL_20, "compiled call"), (BOUNDED_20, "whole step"))
+    ),
+    Promise(
+        "bounded, converged, N = 20, compiled call: against one unbounded pass",
+        BOUNDED_CALL_20,
+        PASS_CALL_20,
+        most=8,
+    ),
+    *(
+        Promise(
+            f"one pass along a stream, N = {N}: factors kept against full passes",
+            Key("pen24", N, "mhe-rti", STREAM_CALL),
+            Key("pen24", N, "mhe-rti", FULL_STREAM_CALL),
+            most=most,
+        )
+        for N, most in ((20, 1 / 2), (100, 1 / 3))
+    ),
     Promise(
         "what Python adds to a step of mhe-rti",
         Key(*PEN_20, "mhe-rti", OVERHEAD),
@@ -112,7 +151,7 @@ PROMISES: tuple[Promise, ...] = (
 
 def verdicts(rows: Sequence[Row], promises: Sequence[Promise] = PROMISES) -> list[Verdict]:
     """Hold rows against promises."""
-    found = {Key(r.problem, r.horizon, r.contender, r.mode): r for r in rows}
+    found = {Key(r.problem, r.horizon, r.contender, r.mode, r.bounds): r for r in rows}
     return [Verdict(promise, _figure(promise, found)) for promise in promises]
 
 

@@ -1,9 +1,13 @@
 """The windows that every contender of a problem is given.
 
-An EKF runs over the problem's recording and leaves a prior x_k|k-1 at every stage. A
-window is that prior, N + 1 measurements, and the warm start that a moving horizon
-would have: the window one stage earlier, solved by the reference, shifted, its newest
-stage predicted.
+An EKF runs over the problem's recording, without bounds, and leaves a prior x_k|k-1 at every
+stage. From there a moving horizon slides by one stage: the window before, which has the EKF's
+prior, is solved by the reference, with bounds where the problem has them. The window is
+then the prior that the default arrival cost carries on, N + 1 measurements, and as warm start
+the solution, shifted, its newest stage predicted.
+
+The prior that is carried on is again the EKF's, unless the solution lies so far from the
+EKF's mean that the arrival cost linearises there instead, as it may with bounds.
 
 Angles run on through ±π instead of being wrapped, so that a contender may add and
 subtract states as plain vectors.
@@ -22,6 +26,7 @@ from scipy.linalg import solve_triangular
 from benchmark.speed.problems import DURATION_S, Problem
 from estimation.kalman_stage import KalmanStage, rows_present, without_gaps
 from estimation.recording import Measurement
+from mhe.arrival_cost import ARRIVAL_COSTS, Slide
 from mhe.config import MheConfig
 from mhe.ipopt import MheIpopt
 from mhe.trajectory import Trajectory, WindowSolution
@@ -114,7 +119,7 @@ def solved_windows(
     count : at least 1; a longer table begins with the shorter one
     on_window : called with 1 after every window
     """
-    model, n_stages = problem.body.model(), problem.horizon + 1
+    model, n_stages = problem.model, problem.horizon + 1
     stage = KalmanStage(model)
     reference = MheIpopt(model, MheConfig(horizon=problem.horizon, tolerance=TOLERANCE))
     first = SETTLED + STRIDE * np.arange(count)
@@ -126,10 +131,11 @@ def solved_windows(
         unshaken = Trajectory(means[before], np.zeros((problem.horizon, model.n_w)))
         older, stages = tuple(measurements[before]), tuple(measurements[now])
         found = reference.solve(priors[k - 1], older, unshaken).trajectory
-        guess = running_on(model, priors[k].mean, _shifted(model, found, stages[-2:]))
-        scale = _newest_std(stage, priors[k], stages, guess)
+        prior = _carried(stage, priors[k - 1], older, found)
+        guess = running_on(model, prior.mean, _shifted(model, found, stages[-2:]))
+        scale = _newest_std(stage, prior, stages, guess)
         previous = PreviousWindow(priors[k - 1], older, found)
-        window = SpeedWindow(model, priors[k], stages, guess, scale, previous)
+        window = SpeedWindow(model, prior, stages, guess, scale, previous)
         optimum = reference.solve(window.prior, stages, guess)
         if on_window:
             on_window(1)
@@ -176,6 +182,20 @@ def _filtered(
         posterior = stage.update(priors[-1], measurement.y).state
         means.append(posterior.mean)
     return priors, np.array(means)
+
+
+def _carried(
+    stage: KalmanStage,
+    prior: GaussianState,
+    measurements: Sequence[Measurement],
+    trajectory: Trajectory,
+) -> GaussianState:
+    """Return the prior of the window behind a solved one, by the default arrival cost."""
+    dropped, first = measurements[:2]
+    rows = rows_present(stage.model, dropped.y).astype(float)
+    unread = trajectory.states[1]  # x_k|k-1 of that stage: another arrival cost wants it
+    slide = Slide(prior, dropped, first, trajectory, unread, rows, np.ones(stage.model.n_w))
+    return ARRIVAL_COSTS[MheConfig().arrival_cost](stage, slide)
 
 
 def _newest_std(

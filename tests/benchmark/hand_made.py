@@ -29,4 +29,6 @@ def history(
         status=tuple(Status.SOLVER_FAILED if k < failed else Status.SOLVED for k in range(n)),
         iterations=np.ones(n),
         step_time_s=np.arange(1.0, n + 1),
+        kkt_residual=np.full(len(time_s), np.nan),
+        reused_stages=np.zeros(len(time_s)),
     )

@@ -11,11 +11,13 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from benchmark.speed.contender import CONVERGED, STEP, STREAM_CALL
 from benchmark.speed.problems import find_problem
+from benchmark.speed.rows import Row
 from benchmark.speed.suite import StreamPlan
 from pen_mhe import speed_run
 from pen_mhe.cli import app
-from pen_mhe.speed_figures import in_unit
+from pen_mhe.speed_figures import contender_figure, horizon_figure, in_unit
 from pen_mhe.speed_run import run_speed
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -28,9 +30,8 @@ def call(*arguments: str) -> Any:
 def test_the_suite_writes_rows_problems_and_figures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    few = partial(
-        run_speed, problems=[find_problem("turntable_20")], windows=3, stream=StreamPlan(2, 1, 1)
-    )
+    problems = [find_problem("turntable_20"), find_problem("turntable_20_bounded")]
+    few = partial(run_speed, problems=problems, windows=3, stream=StreamPlan(2, 1, 1))
     monkeypatch.setattr(speed_run, "run_speed", few)
     monkeypatch.setattr(speed_run, "is_single_threaded", lambda: True)
     output = tmp_path / "made" / "speed"
@@ -38,6 +39,7 @@ def test_the_suite_writes_rows_problems_and_figures(
     assert result.exit_code == 0, result.stderr
     assert sorted(path.name for path in output.iterdir()) == [
         "problem_turntable_20.npz",
+        "problem_turntable_20_bounded.npz",
         "speed.json",
         "speed.png",
         "speed_horizon.png",
@@ -45,15 +47,21 @@ def test_the_suite_writes_rows_problems_and_figures(
     rows = json.loads((output / "speed.json").read_text("utf-8"))
     windows = [row for row in rows if row["problem"] == "turntable"]
     assert {row["windows"] for row in windows} == {3}
-    assert {"mhe-rti", "mhe", "ipopt", "osqp"} <= {row["contender"] for row in windows}
+    for bounds in (False, True):
+        ran = {row["contender"] for row in windows if row["bounds"] == bounds}
+        assert {"mhe-rti", "mhe", "ipopt", "osqp"} <= ran
     printed = result.stdout
-    assert printed.count("| turntable | 20 | ") == len(windows)
+    assert printed.count("| turntable | 20 |") == len(windows)
+    (active,) = {row["active_rows"] for row in windows if row["bounds"]}
+    assert printed.count(f"| turntable | 20 | {active:.1f} | ") == len(windows) / 2
     for line in printed.splitlines():
         if line.startswith("left out: "):
             assert line.count(": ") >= 2
     verdicts = printed[printed.index("What was promised") :]
     promise = "one pass, N = 20, compiled call: at least 200 times faster than ipopt"
     assert f"| {promise} |  | ≥ 200 | no figure |" in verdicts
+    promise = "bounded, converged, N = 20, compiled call: against one unbounded pass"
+    assert f"| {promise} |  | ≤ 8 | no figure |" in verdicts
     assert f"problems and figures in {output}" in verdicts
 
 
@@ -80,6 +88,51 @@ def test_threads_are_refused_by_a_process_without(
     [(command, env)] = started
     assert command[1:] == ["-m", "pen_mhe.cli", "benchmark", "speed", "--output", str(tmp_path)]
     assert (env["OMP_NUM_THREADS"], env["OPENBLAS_NUM_THREADS"]) == ("1", "1")
+
+
+def test_bounded_windows_and_streams_have_panels_of_their_own() -> None:
+    def timed(problem: str, mode: str, horizon: int, bounds: bool = False) -> Row:
+        return Row(
+            problem=problem,
+            bounds=bounds,
+            contender="a",
+            mode=mode,
+            horizon=horizon,
+            windows=3,
+            median_s=1e-3,
+            p99_s=2e-3,
+            max_s=3e-3,
+            cost=None,
+            build_s=1.0,
+            version="1",
+            newest_error_std=None,
+            newest_error_max_std=None,
+            solved=1.0,
+        )
+
+    rows = [
+        timed("pen15", CONVERGED, 20),
+        timed("pen15", CONVERGED, 100),
+        timed("pen15", CONVERGED, 20, bounds=True),
+        timed("pen15", STEP, 0),
+        timed("pen24", STREAM_CALL, 20),
+        timed("pen24", STREAM_CALL, 100),
+    ]
+    panels = [axis for axis in contender_figure(rows).axes if axis.axison]
+    assert [axis.get_title() for axis in panels] == [
+        "pen15, N = 20",
+        "pen15, N = 100",
+        "pen15, N = 20, bounded",
+        "pen15, stream: time per sample",
+        "pen24, stream: factors kept, or full passes",
+    ]
+    labels = {label.get_text() for label in panels[-1].get_yticklabels()}
+    assert labels == {f"a, N = {N}, compiled call" for N in (20, 100)}
+    curves = [
+        [line.get_xdata().tolist() for line in axis.get_lines()]
+        for axis in horizon_figure(rows).axes
+    ]
+    assert curves == [[[20, 100]], [[20]]]
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,22 @@ def test_transitions_are_those_of_uneven_steps() -> None:
     np.testing.assert_array_equal(missing, ~arrays["present"].all(axis=2))
 
 
+def test_bounds_are_in_the_file_and_hold_in_its_solutions(tmp_path: Path) -> None:
+    problem = Problem("pen15", 10, 2, bounded=True)
+    path = write_problem(problem, solved_windows(problem, 2), tmp_path)
+    assert path == tmp_path / "problem_pen15_10_bounded.npz"
+    stored, computed = speed_problem.costs_of_solutions(path)
+    np.testing.assert_allclose(computed, stored, rtol=1e-9)
+    with np.load(path) as file:
+        states, std = file["solution_states"], file["newest_std"][:, None]
+        above, below = (states - file["lower"]) / std, (file["upper"] - states) / std
+        bounded = file["state_names"][np.isfinite(file["lower"]) | np.isfinite(file["upper"])]
+    assert set(bounded) == set(problem.body.bounds)
+    assert min(above.min(), below.min()) > -1e-6
+    active = np.minimum(above, below) < 1e-6
+    assert (active.sum(axis=(1, 2)) >= 2).all()
+
+
 def test_the_docs_describe_every_array() -> None:
     text, sensors = DOCS.read_text("utf-8"), {"accel", "gyro", "camera"}
     for name in BODIES:

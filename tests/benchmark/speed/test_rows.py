@@ -10,12 +10,19 @@ import numpy as np
 import pytest
 
 from benchmark.speed.contender import ONE_PASS, Entry, Outcome
-from benchmark.speed.problems import Problem
-from benchmark.speed.rows import Row, row, write_rows
+from benchmark.speed.contenders import (
+    REUSE_CONTENDERS,
+    WINDOW_CONTENDERS,
+    sample_contenders,
+    stream_contenders,
+)
+from benchmark.speed.problems import PROBLEMS, Problem, find_problem
+from benchmark.speed.rows import Quality, Row, row, write_rows
 from benchmark.speed.runner import Racer
 from benchmark.speed.verdicts import ONE_PASS_20, PROMISES, Key, Promise, verdicts
 from models.gaussian import GaussianState
 from models.turntable import paper_turntable, turntable_model
+from pen_mhe.speed_run import REUSE_PROBLEM, STREAM_PROBLEM
 
 COLUMNS = [
     *("problem", "bounds", "contender", "mode", "horizon", "windows"),
@@ -39,15 +46,23 @@ def test_a_row_summarises_a_racer() -> None:
         newest = reference.mean + np.array([0, away - 2 * np.pi, 0, 0])
         racer.times_s.append(time_s)
         racer.outcomes.append(Outcome(time_s < 5, newest))
-    made = row(racer, Problem("pen15", 20, 3), model, [reference] * 3, lambda i, _: float(i))
+    free = Problem("pen15", 20, 3)
+    made = row(racer, free, model, [reference] * 3, lambda i, _: Quality(float(i), 0.1 * i))
     assert (made.median_s, made.max_s, made.cost, made.build_s) == (2.0, 9.0, 1.0, 0.5)
     assert made.p99_s == np.quantile([1.0, 2.0, 9.0], 0.99)
     assert made.newest_error_std == pytest.approx(1.0)
     assert made.newest_error_max_std == pytest.approx(2.0)
     assert made.solved == pytest.approx(2 / 3)
     assert made.version == "nobody 1"
-    infinite = row(racer, Problem("pen15", 20, 3), model, [reference] * 3, lambda *_: np.inf)
+    assert (made.bounds, made.active_rows, made.violation_std) == (False, None, None)
+    infinite = row(racer, free, model, [reference] * 3, lambda *_: Quality(np.inf))
     assert infinite.cost is None
+    assert row(racer, free, model, [reference] * 3).cost is None
+
+    bounded = dataclasses.replace(free, bounded=True)
+    held = row(racer, bounded, model, [reference] * 3, lambda i, _: Quality(float(i), 0.1 * i), 2.5)
+    assert (held.bounds, held.active_rows) == (True, 2.5)
+    assert held.violation_std == pytest.approx(0.2)  # the largest of 0, 0.1 and 0.2
 
 
 def test_the_file_is_a_list_of_rows_without_nan(tmp_path: Path) -> None:
@@ -68,6 +83,7 @@ def timed(key: Key, median_s: float) -> Row:
         horizon=key.horizon,
         contender=key.contender,
         mode=key.mode,
+        bounds=key.bounds,
         median_s=median_s,
     )
 
@@ -80,24 +96,28 @@ def test_a_promise_is_kept_missed_or_without_a_figure() -> None:
     linear = Promise("", long, ONE_PASS_20, least=0.8, most=1.2, per_stage=True)
     alone = Promise("", ONE_PASS_20, most=1e-6)
     missing = Promise("", dataclasses.replace(slow, mode="x"), ONE_PASS_20)
-    found = verdicts(rows, [faster, linear, alone, missing])
-    assert [verdict.kept for verdict in found] == [True, False, False, None]
+    bounded = Promise("", dataclasses.replace(slow, bounds=True), ONE_PASS_20)
+    found = verdicts(rows, [faster, linear, alone, missing, bounded])
+    assert [verdict.kept for verdict in found] == [True, False, False, None, None]
     figures = [verdict.figure for verdict in found[:3]]
     assert figures == pytest.approx([50, 1.25, 2e-6])
 
 
 def test_the_suite_has_a_row_for_every_promise() -> None:
     """By name, so that no promise goes without a figure for a slip of the pen."""
-    from benchmark.speed.contenders import (
-        WINDOW_CONTENDERS,
-        sample_contenders,
-        stream_contenders,
-    )
-    from benchmark.speed.problems import PROBLEMS
-
-    entries = (*WINDOW_CONTENDERS, *sample_contenders(0.01), *stream_contenders(1))
-    pairs = {(entry.name, entry.mode) for entry in entries}
-    horizons = {(problem.name, problem.horizon) for problem in PROBLEMS} | {("pen15", 0)}
+    rows = {
+        Key(problem.name, problem.horizon, entry.name, entry.mode, problem.bounded)
+        for problem in PROBLEMS
+        for entry in WINDOW_CONTENDERS
+    }
+    streams = {
+        STREAM_PROBLEM: (*sample_contenders(0.01), *stream_contenders(1)),
+        REUSE_PROBLEM: REUSE_CONTENDERS,
+    }
+    for key, entries in streams.items():
+        for entry in entries:
+            assert entry.horizon is not None
+            rows.add(Key(find_problem(key).name, entry.horizon, entry.name, entry.mode))
     keys = [key for promise in PROMISES for key in (promise.of, promise.to) if key]
-    assert {(key.contender, key.mode) for key in keys} <= pairs
-    assert {(key.problem, key.horizon) for key in keys} <= horizons
+    assert set(keys) <= rows
+    assert any(key.bounds for key in keys)
