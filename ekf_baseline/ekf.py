@@ -67,13 +67,10 @@ class Ekf:
     def __init__(self, model: StateSpaceModel, config: EkfConfig | None = None) -> None:
         self.model = model
         self.config = config or EkfConfig()
-        n_x = model.n_x
-        memory = Layout("Memory", {"time_s": (), "mean": (n_x,), "covariance": (n_x, n_x)})
-        gate = _gate(model, self.config.gate_probability)
         self._engine: Engine = (
-            InterpretedFilter(model, memory, gate)
+            InterpretedFilter(model, filter_memory(model), _gate(model, self.config))
             if native.compiler() is None
-            else CompiledEngine(model, _loop(model, memory, gate))
+            else CompiledEngine(model, filter_loop(model, self.config))
         )
         self._reader = ResultReader(model)
 
@@ -89,7 +86,7 @@ class Ekf:
 
     def step(self, state: EkfState, measurement: Measurement) -> tuple[EkfState, Estimate]:
         """Predict to the measurement's time and update."""
-        memory, result = self._engine.step(self._pack(state), measurement.time_s, measurement.y)
+        memory, result = self._engine.step(packed_state(state), measurement.time_s, measurement.y)
         return self._unpack(memory), self._reader.estimate(result)
 
     def batch(self, state: EkfState, time_s: Array, y: Array) -> tuple[EkfState, EstimateHistory]:
@@ -99,15 +96,8 @@ class Ekf:
         ----------
         time_s, y : (n,), (n, n_y), as of `estimation.recording.Recording.stacked`
         """
-        memory, results = self._engine.batch(self._pack(state), time_s, y)
+        memory, results = self._engine.batch(packed_state(state), time_s, y)
         return self._unpack(memory), self._reader.history(self.name, results)
-
-    def _pack(self, state: EkfState) -> Array:
-        memory, n_x = np.empty(self._engine.memory.size), self.model.n_x
-        memory[0] = np.nan if state.time_s is None else state.time_s
-        memory[1 : n_x + 1] = state.gaussian.mean
-        memory[n_x + 1 :] = state.gaussian.covariance.ravel()
-        return memory
 
     def _unpack(self, memory: Array) -> EkfState:
         n_x = self.model.n_x
@@ -116,25 +106,43 @@ class Ekf:
         return EkfState(None if math.isnan(time_s) else time_s, gaussian)
 
 
-def _gate(model: StateSpaceModel, probability: float | None) -> Array | None:
-    """Return the limits (n_r + 1,) of squared distances, by number of rows."""
-    if probability is None:
+def filter_memory(model: StateSpaceModel) -> Layout:
+    """Return the layout of the filter's state; ``time_s`` is NaN before the first measurement."""
+    n_x = model.n_x
+    return Layout("Memory", {"time_s": (), "mean": (n_x,), "covariance": (n_x, n_x)})
+
+
+def packed_state(state: EkfState) -> Array:
+    """Return a state as one flat array; see `filter_memory`."""
+    n_x = len(state.gaussian.mean)
+    memory = np.empty(1 + n_x + n_x * n_x)
+    memory[0] = np.nan if state.time_s is None else state.time_s
+    memory[1 : n_x + 1] = state.gaussian.mean
+    memory[n_x + 1 :] = state.gaussian.covariance.ravel()
+    return memory
+
+
+def _gate(model: StateSpaceModel, config: EkfConfig) -> Array | None:
+    """Return the limits (n_r + 1,) of squared distances, by number of rows; None for no gate."""
+    if config.gate_probability is None:
         return None
     from scipy.stats import chi2  # takes a second to import
 
-    return np.array([0.0, *(chi2.ppf(probability, rows + 1) for rows in range(model.n_r))])
+    limits = (chi2.ppf(config.gate_probability, rows + 1) for rows in range(model.n_r))
+    return np.array([0.0, *limits])
 
 
-def _loop(model: StateSpaceModel, memory: Layout, gate: Array | None) -> Loop:
+def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
+    """Return the filter's loop, ekf_baseline/filter.c, for a model."""
     n_x, n_w, n_y, n_r = model.n_x, model.n_w, model.n_y, model.n_r
     predict, update, *small = stage_functions(model)
     return Loop(
         sources=[Path(__file__).with_name("filter.c")],
         entry="filter",
-        memory=memory,
+        memory=filter_memory(model),
         functions=[[predict], [update], small],
         fields={
-            "gate": gate,
+            "gate": _gate(model, config),
             "no_deviation": np.zeros(n_x),
             "no_noise": np.zeros(n_w),
             "unit_noise": np.ones(n_w),

@@ -32,7 +32,7 @@ static int gate(const Filter *f)
         if (count == 0) continue;
         real distance = squared_distance(f->v, f->S, m->n_r, rows, count, f->L, f->z);
         if (!(distance > f->gate[count])) continue;
-        for (integer i = 0; i < count; i++) f->used[rows[i]] = 0.0;
+        for (integer i = 0; i < count; i++) f->used[rows[i]] = 0;
         rejected = 1;
     }
     return rejected;
@@ -44,15 +44,15 @@ void filter_step(void *self, const real *given, real *memory, real time, const r
     const Filter *f = self;
     const Model *m = &f->model;
     const Memory *at = &f->memory;
-    const real start = seconds(), before = given[at->time_s];
-    const real dt = isnan(before) ? 0.0 : time - before;
+    const double start = seconds();
+    const real before = given[at->time_s], dt = isnan(before) ? 0 : time - before;
     const integer n_x = m->n_x;
     integer status = 0;
 
     if (dt < 0) {
         copy(memory, given, at->size);
         report_late(m, &f->result, result, before, given + at->mean, given + at->covariance);
-        result[f->result.step_time_s] = seconds() - start;
+        result[f->result.step_time_s] = (real)(seconds() - start);
         return;
     }
     mark_present(m, y, f->present, f->clean);
@@ -79,7 +79,7 @@ void filter_step(void *self, const real *given, real *memory, real time, const r
     status |= remarks(m, mean, covariance, y, f->used);
     report(m, &f->result, result, time, mean, covariance, f->v, f->S, f->present, status);
     result[f->result.iterations] = 1;
-    result[f->result.step_time_s] = seconds() - start;
+    result[f->result.step_time_s] = (real)(seconds() - start);
 }
 
 int filter_batch(Filter *f, real *memory, real *other, integer n, const real *time,

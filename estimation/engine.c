@@ -1,20 +1,33 @@
 /* What every estimator's compiled loop needs. The types `real`, `integer` and `generated`, the
  * structures Model and Result and the STATUS_* bits are declared in front of this file; a
- * form of the Kalman stage (estimation/covariance_stage.c) stands behind it. */
+ * form of the Kalman stage (estimation/covariance_stage.c or root_stage.c) stands behind it. */
 
+#include <math.h>
 #include <string.h>
-#include <tgmath.h>
-#include <time.h>
 
 typedef void (*step_function)(void *self, const real *given, real *memory, real time,
                               const real *y, real *result);
 
+/* A clock that only grows, s: PEN_MHE_CLOCK names a function, PEN_MHE_HOSTED is a machine with an
+ * operating system, and without either there is none. */
+#if defined PEN_MHE_CLOCK
+double PEN_MHE_CLOCK(void);
+static inline double seconds(void) { return PEN_MHE_CLOCK(); }
+#elif defined PEN_MHE_HOSTED
+#include <time.h>
 static inline double seconds(void)
 {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
+#else
+static inline double seconds(void) { return 0; }
+#endif
+
+/* From what the stage's form keeps in an array P_: one state's variance, and all of P. */
+static inline real variance(const Model *m, const real *P, integer i);
+static void covariance_of(const Model *m, const real *P, real *covariance);
 
 static inline void copy(real *to, const real *from, integer n)
 {
@@ -45,18 +58,18 @@ static void retract(const Model *m, const real *x, const real *delta, real *move
 /* Which rows have all readings they need, and readings with zero where there is none. */
 static void mark_present(const Model *m, const real *y, real *present, real *clean)
 {
-    for (integer i = 0; i < m->n_y; i++) clean[i] = isfinite(y[i]) ? y[i] : 0.0;
+    for (integer i = 0; i < m->n_y; i++) clean[i] = isfinite(y[i]) ? y[i] : 0;
     for (integer row = 0; row < m->n_r; row++) {
-        present[row] = 1.0;
+        present[row] = 1;
         for (integer i = 0; i < m->n_y; i++)
             if (m->row_needs[row * m->n_y + i] && !(fabs(y[i]) < m->saturation[i]))
-                present[row] = 0.0;
+                present[row] = 0;
     }
 }
 
 /* The remarks that any estimator makes on an estimate. */
-static integer remarks(const Model *m, const real *mean, const real *covariance,
-                         const real *y, const real *used)
+static integer remarks(const Model *m, const real *mean, const real *P, const real *y,
+                       const real *used)
 {
     integer status = STATUS_NO_READING;
     for (integer row = 0; row < m->n_r; row++)
@@ -71,18 +84,18 @@ static integer remarks(const Model *m, const real *mean, const real *covariance,
     m->regularity(arguments, results, 0, 0, 0);
     if (fabs(margin) < m->regularity_limit) status |= STATUS_NEAR_SINGULAR;
     for (integer i = 0; m->reach && i < m->n_x; i++)
-        if (covariance[i * (m->n_x + 1)] > m->reach[i] * m->reach[i])
+        if (variance(m, P, i) > m->reach[i] * m->reach[i])
             status |= STATUS_OUT_OF_REACH;
     return status;
 }
 
 static void report(const Model *m, const Result *r, real *result, real time,
-                   const real *mean, const real *covariance, const real *v,
-                   const real *S, const real *present, integer status)
+                   const real *mean, const real *P, const real *v, const real *S,
+                   const real *present, integer status)
 {
     result[r->time_s] = time;
     copy(result + r->mean, mean, m->n_x);
-    copy(result + r->covariance, covariance, m->n_x * m->n_x);
+    covariance_of(m, P, result + r->covariance);
     for (integer row = 0; row < m->n_r; row++)
         result[r->innovation + row] = present[row] != 0 ? v[row] : NAN;
     copy(result + r->innovation_covariance, S, m->n_r * m->n_r);
@@ -94,11 +107,11 @@ static void report(const Model *m, const Result *r, real *result, real time,
 
 /* The answer to a measurement that is older than the state. */
 static void report_late(const Model *m, const Result *r, real *result, real time,
-                        const real *mean, const real *covariance)
+                        const real *mean, const real *P)
 {
     result[r->time_s] = time;
     copy(result + r->mean, mean, m->n_x);
-    copy(result + r->covariance, covariance, m->n_x * m->n_x);
+    covariance_of(m, P, result + r->covariance);
     for (integer i = 0; i < m->n_r; i++) result[r->innovation + i] = NAN;
     for (integer i = 0; i < m->n_r * m->n_r; i++) result[r->innovation_covariance + i] = NAN;
     result[r->status] = STATUS_LATE;

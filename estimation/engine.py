@@ -10,18 +10,17 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from estimation.layout import Layout, declaration
+from estimation.layout import declaration
+from estimation.loop import GENERATED, engine_sources, loop_constants, model_fields
+from estimation.loop import Loop as Loop  # mhe takes it from here
 from estimation.native import STRICT, function_libraries, shared_libraries
 from estimation.result import checked_input, result_layout
-from estimation.status import REGULARITY_LIMIT, Status
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
@@ -29,8 +28,6 @@ DOUBLES = ctypes.POINTER(ctypes.c_double)
 INTEGERS = ctypes.POINTER(ctypes.c_longlong)
 BYTES = ctypes.POINTER(ctypes.c_ubyte)
 NATIVE = np.dtype(np.float64)
-ENGINE = ("engine.c", "covariance_stage.c")
-"""The files in front of every loop."""
 
 
 class Model(ctypes.Structure):
@@ -49,31 +46,6 @@ class Model(ctypes.Structure):
         ("retract", ctypes.c_void_p),
         ("regularity", ctypes.c_void_p),
     )
-
-
-@dataclass(frozen=True)
-class Loop:
-    """An estimator's loop in C.
-
-    Parameters
-    ----------
-    sources : its files, compiled as one behind `ENGINE`
-    entry : prefix of its functions ``<entry>_step`` and ``<entry>_batch``
-    memory : layout of the estimator's state
-    functions : groups of generated functions, one library each, those of
-        `estimation.kalman_stage.stage_functions` among them
-    fields : the estimator's C structure behind model, memory and result: arrays, numbers,
-        None for no array, generated functions by their names, groups of arrays as
-        mappings
-    constants : macros
-    """
-
-    sources: Sequence[Path]
-    entry: str
-    memory: Layout
-    functions: Sequence[Sequence[ca.Function]]
-    fields: Mapping[str, Any]
-    constants: Mapping[str, float] = field(default_factory=dict)
 
 
 class CompiledEngine:
@@ -156,17 +128,7 @@ class CompiledEngine:
         return addresses
 
     def _model(self, model: StateSpaceModel, addresses: Mapping[str, int]) -> Model:
-        values = {
-            **{name: getattr(model, name) for name in ("n_x", "n_w", "n_y", "n_r")},
-            "n_sensors": len(model.sensors),
-            "saturation": model.saturation,
-            "reach": None if model.reach is None else np.asarray(model.reach, dtype=float),
-            "regularity_limit": REGULARITY_LIMIT,
-            "row_needs": model.row_needs,
-            "measured_rows": model.measured_rows,
-            "first_row": np.cumsum([0, *(sensor.n_r for sensor in model.sensors)]),
-            **{name: name for name in ("predict", "update", "retract", "regularity")},
-        }
+        values = model_fields(model)
         return Model(*(self._c_value(k, value, addresses) for k, value in values.items()))
 
     def _c_value(self, name: str, value: Any, addresses: Mapping[str, int]) -> Any:
@@ -210,19 +172,15 @@ def _structure(name: str, values: Mapping[str, Any]) -> ctypes.Structure:
 
 def _loop_library(loop: Loop, structures: Sequence[type[ctypes.Structure]]) -> Path:
     """Compile a loop: it knows no model, so this happens once for all of them."""
-    constants = {
-        **{f"STATUS_{name}": member.value for name, member in Status.__members__.items()},
-        **loop.constants,
-    }
     parts = [
         "#define _POSIX_C_SOURCE 199309L",
+        "#define PEN_MHE_HOSTED",
         "typedef double real;",
         "typedef long long integer;",
-        "typedef int (*generated)(const real **, real **, integer *, real *, int);",
-        *(f"#define {name} {value!r}" for name, value in constants.items()),
+        GENERATED,
+        *(f"#define {name} {value!r}" for name, value in loop_constants(loop).items()),
         *(declaration(structure) for structure in structures),
-        *((resources.files("estimation") / name).read_text() for name in ENGINE),
-        *(source.read_text() for source in loop.sources),
+        *engine_sources(loop),
     ]
     [library] = shared_libraries(["\n".join(parts)], STRICT)
     return library

@@ -16,6 +16,7 @@ from benchmark.bad_starts import ESTIMATORS as COMPARED
 from benchmark.consistency_runs import CASES
 from benchmark.suites import MODULES, find_suite
 from benchmark.tasks.suite import Scope
+from codegen.exportable import DEFAULT_EXPORT, EXPORTABLE
 from models.errors import InputError
 from pen_mhe import consistency_run, observe_run
 from pen_mhe.console import one_sentence
@@ -172,6 +173,41 @@ def optimum(
         optimum_run.run_optimum(output, windows, jobs, seed)
 
 
+def codegen(
+    output: Annotated[Path, typer.Option(help="Folder for the C files.")],
+    pen: PenOption = "reference",
+    sensors: SensorsOption = None,
+    writing_area: WritingAreaOption = True,
+    estimator: Annotated[
+        str, typer.Option(help=f"One of {', '.join(EXPORTABLE)}.")
+    ] = DEFAULT_EXPORT,
+    horizon: Annotated[
+        int | None, typer.Option(help="Intervals in the window of an estimator that has one.")
+    ] = None,
+    float32: Annotated[
+        bool, typer.Option("--float32", help="Single precision, with square roots of covariances.")
+    ] = False,
+    prefix: Annotated[str, typer.Option(help="Of the files' and the functions' names.")] = "pen",
+) -> None:
+    """Write an estimator of a pen as C99 without dynamic memory, for other machines."""
+    from pen_mhe.codegen_run import CodegenRequest, run_codegen  # slow to import
+
+    with one_sentence():
+        run_codegen(
+            CodegenRequest(
+                pen=pen,
+                sensors=names(sensors),
+                writing_area=writing_area,
+                estimator=estimator,
+                horizon=horizon,
+                real="float" if float32 else "double",
+                prefix=prefix,
+                output=output,
+                command=command_line(),
+            )
+        )
+
+
 COMMANDS: Mapping[str, Callable[..., None]] = {
     "benchmark": benchmark,
     "report": report,
@@ -180,5 +216,6 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "bad-starts": bad_starts,
     "printed-cost": printed_cost,
     "optimum": optimum,
+    "codegen": codegen,
 }
 """Name → function of every command here."""

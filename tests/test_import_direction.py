@@ -14,13 +14,15 @@ MAY_IMPORT = {
     "ekf_baseline": {"models", "estimation"},
     "classical_baseline": {"models", "estimation"},
     "mhe": {"models", "estimation"},
-    "benchmark": {"models", "estimation", "ekf_baseline", "classical_baseline", "mhe"},
+    "codegen": {"models", "estimation", "ekf_baseline", "mhe"},
+    "benchmark": {"models", "estimation", "ekf_baseline", "classical_baseline", "mhe", "codegen"},
     "pen_mhe": {
         "models",
         "estimation",
         "ekf_baseline",
         "classical_baseline",
         "mhe",
+        "codegen",
         "benchmark",
     },
 }

@@ -1,0 +1,1 @@
+"""How does an estimator get onto another machine?"""

@@ -1,0 +1,40 @@
+"""Sensors that read a constant (a pen's writing area): the exported step adds their readings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from models.sensor_model import SensorModel
+from models.state_space import StateSpaceModel
+
+
+@dataclass(frozen=True)
+class StackedSensor:
+    """A sensor and the place of its first reading among all."""
+
+    sensor: SensorModel
+    column: int
+
+
+def stacked_sensors(model: StateSpaceModel) -> list[StackedSensor]:
+    """Return all sensors of a model with their places."""
+    found, column = [], 0
+    for sensor in model.sensors:
+        found.append(StackedSensor(sensor, column))
+        column += sensor.n_y
+    return found
+
+
+def measured_columns(model: StateSpaceModel) -> list[int]:
+    """Return the places of the readings that a caller gives, in their order."""
+    return [
+        stacked.column + i
+        for stacked in stacked_sensors(model)
+        if stacked.sensor.constant_reading is None
+        for i in range(stacked.sensor.n_y)
+    ]
+
+
+def constant_sensors(model: StateSpaceModel) -> list[StackedSensor]:
+    """Return the sensors whose readings the step adds."""
+    return [s for s in stacked_sensors(model) if s.sensor.constant_reading is not None]

@@ -1,0 +1,85 @@
+"""What a step tells, as a C structure: derived from the layout of the loops' results."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from estimation.layout import Layout
+
+WORDS: Mapping[str, str] = MappingProxyType(
+    {
+        "time_s": "s, of the newest state",
+        "status": "bits STATUS_...; 0: solved without a remark",
+        "iterations": "passes; 1 for a filter, 0 where the measurement was late",
+        "reused": "stages whose factors were kept",
+        "mean": "estimate of the states",
+        "covariance": "of the estimate, row by row, in products of the states' units",
+        "innovation": "reading minus prediction, NaN where none; units of the rows above",
+        "innovation_covariance": "of the innovation",
+        "cost": "of the window; NaN where none is counted",
+        "kkt": "distance from the optimality conditions, standard deviations; NaN for a filter",
+        "step_time_s": "s; 0 without a clock",
+    }
+)
+"""Block of `estimation.result.result_layout` → what it says, for the header."""
+
+NUMBERS: Mapping[str, tuple[str, type]] = MappingProxyType(
+    {
+        "time_s": ("double", ctypes.c_double),
+        "status": ("unsigned", ctypes.c_uint),
+        "iterations": ("int", ctypes.c_int),
+        "reused": ("int", ctypes.c_int),
+    }
+)
+"""Blocks that have a type of their own; the loop tells them as real numbers."""
+
+TOLD = "told"
+"""Member with those as the loop tells them."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A member of the structure: C type, None for a real number, and shape, () for one."""
+
+    name: str
+    c_type: str | None
+    shape: tuple[int, ...]
+    words: str
+
+
+def estimate_fields(result: Layout) -> list[Field]:
+    """Return the structure's members, those of a type of their own first."""
+    numbers = [Field(name, c_type, (), WORDS[name]) for name, (c_type, _) in NUMBERS.items()]
+    blocks = [
+        Field(name, None, shape, WORDS.get(name, name))
+        for name, shape in result.shapes.items()
+        if name not in NUMBERS
+    ]
+    told = Field(TOLD, None, (len(NUMBERS),), "private")
+    return [*numbers, *blocks, told]
+
+
+def offsets(result: Layout) -> dict[str, int]:
+    """Return where each block stands behind the first real member, for the loop's structure."""
+    places, at = {}, 0
+    for member in estimate_fields(result):
+        if member.c_type is None:
+            places[member.name] = at
+            at += math.prod(member.shape)
+    told = places.pop(TOLD)
+    found = {**places, **{name: told + i for i, name in enumerate(NUMBERS)}}
+    return {**{block: found[block] for block in result.shapes}, "size": at}
+
+
+def estimate_structure(fields: Sequence[Field], real: Any) -> type[ctypes.Structure]:
+    """Return the structure for Python; `real` is c_double or c_float."""
+    types = {name: kind for name, (_, kind) in NUMBERS.items()}
+    members = [
+        (f.name, real * math.prod(f.shape) if f.shape else types.get(f.name, real)) for f in fields
+    ]
+    return type("Estimate", (ctypes.Structure,), {"_fields_": members})

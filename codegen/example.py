@@ -1,0 +1,55 @@
+"""The example program of an export: from a recording's columns to estimates."""
+
+from __future__ import annotations
+
+from codegen.constant_readings import measured_columns
+from codegen.export import Export
+from codegen.structures import braces
+from codegen.template import filled
+from estimation.status import Status
+from models.state_space import StateSpaceModel
+from models.units import TIME_DIGITS, UNITS
+
+
+def example_program(export: Export) -> str:
+    """Return the text of main.c."""
+    model, prefix = export.exported.model, export.prefix
+    names = [model.reading_names[i] for i in measured_columns(model)]
+    bits = [
+        f"{{{prefix.upper()}_STATUS_{name}, {_text(member.label)}}}"
+        for name, member in Status.__members__.items()
+        if member is not Status.SOLVED
+    ]
+    return filled(
+        "main.c",
+        prefix=prefix,
+        PREFIX=prefix.upper(),
+        columns=braces([f"{{{_text(h)}, {i}, {f!r}}}" for h, (i, f) in headers(model).items()]),
+        readings=braces([_text(name) for name in names]),
+        states=braces([_text(name) for name in model.state_names]),
+        statuses=braces(bits),
+        solved=Status.SOLVED.label,
+        digits="17" if export.precision.c_type == "double" else "9",
+        time_digits=str(TIME_DIGITS),
+        per_tick=f"1e{TIME_DIGITS}",
+    )
+
+
+def headers(model: StateSpaceModel) -> dict[str, tuple[int, float]]:
+    """Return header → place of the reading (-1 for the time) and factor to SI.
+
+    Those that ``pen-mhe estimate`` takes: with any unit of the quantity, or without one in SI.
+    """
+    found = {f"time_{unit}": (-1, factor) for unit, factor in UNITS["s"].items()}
+    units = [unit for sensor in model.sensors for unit in sensor.unit_of_axis]
+    for place, column in enumerate(measured_columns(model)):
+        name = model.reading_names[column]
+        found[name] = (place, 1.0)
+        for unit, factor in UNITS.get(units[column], {}).items():
+            found[f"{name}_{unit}"] = (place, factor)
+    return found
+
+
+def _text(words: str) -> str:
+    """Return a C string."""
+    return '"' + words.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -1,0 +1,128 @@
+"""An estimator as C: header, loop and generated functions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from codegen.estimate_fields import offsets
+from codegen.exportable import Exportable
+from codegen.generated import generated_source, prototypes
+from codegen.header import header, title
+from codegen.interface import interface
+from codegen.names import check_prefix
+from codegen.number_format import PRECISIONS, Precision
+from codegen.structures import StaticC
+from codegen.template import filled
+from estimation.loop import GENERATED, Loop, engine_sources, loop_constants, model_fields
+from estimation.result import result_layout
+from estimation.root_stage import in_roots, root
+
+FORMS = {"double": "covariance", "float": "root"}
+"""Precision → form of the Kalman stage: covariances do not last in single precision."""
+
+
+@dataclass(frozen=True)
+class Export:
+    """The C of an estimator.
+
+    Parameters
+    ----------
+    exported : what was exported
+    prefix : of the files' and the public functions' names
+    precision : of real numbers
+    form : one of `estimation.loop.STAGES`
+    header, source, generated : texts of <prefix>.h, <prefix>.c and <prefix>_model.c
+    """
+
+    exported: Exportable
+    prefix: str
+    precision: Precision
+    form: str
+    header: str
+    source: str
+    generated: str
+
+
+def export_c(
+    exported: Exportable, real: str = "double", form: str | None = None, prefix: str = "pen"
+) -> Export:
+    """Write an estimator as C.
+
+    Parameters
+    ----------
+    real : ``double`` or ``float``
+    form : one of `estimation.loop.STAGES`; None takes that of `FORMS`
+    prefix : of names; small letters, digits and underscores
+
+    Raises
+    ------
+    InputError
+        If names of C cannot begin with the prefix.
+    """
+    check_prefix(prefix)
+    precision, form = PRECISIONS[real], form or FORMS[real]
+    model, loop, start = exported.model, exported.loop, exported.start.copy()
+    more: dict[str, Any] = {}
+    if form == "root":
+        loop, more = in_roots(model, loop)
+        for block in loop.memory.shapes:
+            if block.endswith("covariance"):
+                view = loop.memory.view(start, block)
+                view[...] = root(view)
+    functions = [function for group in loop.functions for function in group]
+    parts = [
+        *prototypes(functions, prefix),
+        "",
+        *_constants(loop, precision),
+        *_loop(replace(exported, loop=loop), more, form, prefix, precision),
+        interface(replace(exported, loop=loop), start, prefix, precision),
+    ]
+    front = filled(
+        "front.c",
+        prefix=prefix,
+        title=title(exported, precision, form),
+        functions="\n".join(precision.functions(parts)),
+        generated=GENERATED,
+        entry=loop.entry,
+    )
+    return Export(
+        exported,
+        prefix,
+        precision,
+        form,
+        header(exported, prefix, precision, form),
+        "\n".join([front, *parts]),
+        generated_source(functions, prefix, precision),
+    )
+
+
+def _loop(
+    exported: Exportable, more: Mapping[str, Any], form: str, prefix: str, precision: Precision
+) -> list[str]:
+    """Return structures, the loop's own sources, and its structure's value."""
+    loop, model = exported.loop, exported.model
+    fields = {
+        "model": {**model_fields(model), **more},
+        "memory": loop.memory,
+        "result": offsets(result_layout(model)),
+        **loop.fields,
+    }
+    static, kind = StaticC(precision, prefix), loop.entry.capitalize()
+    value = static.structure(kind, fields, loop.entry)
+    return [
+        *static.types,
+        *engine_sources(loop, form),
+        *static.arrays,
+        f"static const {kind} self = {value};",
+    ]
+
+
+def _constants(loop: Loop, precision: Precision) -> list[str]:
+    """Return the macros of a loop, real numbers in the precision."""
+    return [
+        f"#define {name} "
+        + (precision.number(value) if isinstance(value, float) else str(int(value)))
+        for name, value in loop_constants(loop).items()
+    ]

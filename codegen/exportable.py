@@ -1,0 +1,91 @@
+"""The estimators that can be exported as C: their loops and the states that they start from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from ekf_baseline.ekf import EkfConfig, EkfState, filter_loop, packed_state
+from estimation.estimator import first_state
+from estimation.loop import Loop
+from mhe.arrival_cost import diffuse
+from mhe.compiled import window_loop
+from mhe.config import MheConfig
+from mhe.realtime import window_memory
+from models.arrays import Array
+from models.errors import InputError
+from models.state_space import StateSpaceModel
+
+
+@dataclass(frozen=True, eq=False)
+class Exportable:
+    """An estimator as C needs it: its loop, and its flat state before the first measurement."""
+
+    model: StateSpaceModel
+    estimator: str
+    loop: Loop
+    start: Array
+
+
+def _ekf(model: StateSpaceModel, config: EkfConfig) -> tuple[Loop, Array]:
+    start = packed_state(EkfState(None, first_state(model, None)))
+    return filter_loop(model, config), start
+
+
+def _mhe_rti(model: StateSpaceModel, config: MheConfig) -> tuple[Loop, Array]:
+    memory = window_memory(model, config.horizon + 1)
+    loop = window_loop(model, config, memory, iterates=False, converges=False)
+    prior = diffuse(model.prior) if config.arrival_cost == "none" else model.prior
+    start = np.zeros(memory.size)
+    for part in ("prior", "newest"):
+        memory.view(start, f"{part}_mean")[:] = prior.mean
+        memory.view(start, f"{part}_covariance")[:] = prior.covariance
+    return loop, start
+
+
+EXPORTABLE: Mapping[str, tuple[type, Callable[[StateSpaceModel, Any], tuple[Loop, Array]]]] = (
+    MappingProxyType({"ekf": (EkfConfig, _ekf), "mhe-rti": (MheConfig, _mhe_rti)})
+)
+"""Estimator name → type of its settings, and what makes its loop and first state of them."""
+
+DEFAULT_EXPORT = "mhe-rti"
+
+
+def exportable(
+    estimator: str, model: StateSpaceModel, config: EkfConfig | MheConfig | None = None
+) -> Exportable:
+    """Return an estimator's loop for a model.
+
+    Parameters
+    ----------
+    estimator : one of `EXPORTABLE`
+    config : its settings; None takes the defaults
+
+    Raises
+    ------
+    InputError
+        If there is no C export of the estimator, the settings are another one's, or no
+        sensor has readings of its own.
+    """
+    if not model.measured_sensors:
+        raise InputError(
+            f"sensors {', '.join(s.name for s in model.sensors)} have no readings of their own, "
+            "expected at least one that has"
+        )
+    if estimator not in EXPORTABLE:
+        raise InputError(
+            f"estimator {estimator} cannot be exported as C, expected one of "
+            f"{', '.join(EXPORTABLE)}"
+        )
+    kind, make = EXPORTABLE[estimator]
+    if config is not None and not isinstance(config, kind):
+        raise InputError(
+            f"estimator {estimator} is given settings of {type(config).__name__}, "
+            f"expected {kind.__name__}"
+        )
+    loop, start = make(model, kind() if config is None else config)
+    return Exportable(model, estimator, loop, start)

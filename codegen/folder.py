@@ -1,0 +1,110 @@
+"""An export in a folder: everything that another machine's compiler needs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from codegen.constant_readings import constant_sensors, measured_columns
+from codegen.example import example_program
+from codegen.export import Export
+from codegen.header import state_units, title
+from codegen.names import macros
+from codegen.sizes import Sizes, size_words
+from codegen.template import AtTemplate, filled
+from models.errors import InputError
+
+FLOAT_TIMES = """Times are handed over as `double`, and kept in single precision relative to an
+origin that follows them: intervals stay right however long the estimator runs. Where a gap lies
+within a window, intervals are resolved to about 1e-7 of the gap until it has left the window."""
+CONSTRAINED = """Bounds and inequalities hold in the estimate. Where the search for the active
+rows fails, pen-mhe itself tries again with OSQP; here the best point so far is returned, with
+`@{PREFIX}_STATUS_SOLVER_FAILED`."""
+DOUBLE_TIMES = "Times are kept in double precision, as they are handed over."
+
+
+def prepare_folder(folder: Path) -> None:
+    """Make a folder, before the work that would be lost.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made or written to.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / "README.md"
+        with probe.open("ab"):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"output {folder}: {error.strerror}, expected a folder that can be written"
+        ) from None
+
+
+def export_files(export: Export, sizes: Sizes | None, command: str) -> Mapping[str, str]:
+    """Return file name → text of a whole export.
+
+    Parameters
+    ----------
+    sizes : what was measured; None where there was no compiler
+    command : that made it, for the README
+    """
+    prefix = export.prefix
+    about = title(export.exported, export.precision, export.form)
+    return {
+        f"{prefix}.h": export.header,
+        f"{prefix}.c": export.source,
+        f"{prefix}_model.c": export.generated,
+        "main.c": example_program(export),
+        "CMakeLists.txt": filled("CMakeLists.txt", prefix=prefix, title=about),
+        "README.md": _readme(export, sizes, command, about),
+    }
+
+
+def write_export(export: Export, folder: Path, sizes: Sizes | None, command: str) -> None:
+    """Write a whole export; see `export_files`.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    prepare_folder(folder)
+    for name, text in export_files(export, sizes, command).items():
+        try:
+            (folder / name).write_text(text, "utf-8")
+        except OSError as error:
+            raise InputError(
+                f"output {folder / name}: {error.strerror}, expected a file that can be written"
+            ) from None
+
+
+def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> str:
+    model = export.exported.model
+    is_float = export.precision.c_type == "float"
+    names = [model.reading_names[i] for i in measured_columns(model)]
+    added = [stacked.sensor.name for stacked in constant_sensors(model)]
+    return filled(
+        "README.md",
+        prefix=export.prefix,
+        PREFIX=export.prefix.upper(),
+        estimator=export.exported.estimator,
+        title=f"`{export.exported.estimator}`" + about.removeprefix(export.exported.estimator),
+        command=command,
+        precision=f"`{export.precision.c_type}`",
+        some_columns=", ".join(f"`{name}`" for name in names[:3]) + ", …",
+        first_state=macros(model.state_names)[0],
+        first_unit=state_units(model)[0][1],
+        constraints=_constraint_words(export),
+        constants=f"\nThe step adds the readings of {', '.join(added)} itself.\n" if added else "",
+        times=FLOAT_TIMES if is_float else DOUBLE_TIMES,
+        sizes=size_words(sizes),
+    )
+
+
+def _constraint_words(export: Export) -> str:
+    if not export.exported.loop.fields.get("n_c"):
+        return ""
+    words = AtTemplate(CONSTRAINED).substitute(PREFIX=export.prefix.upper())
+    return f"\n{words}\n"

@@ -1,0 +1,121 @@
+"""The public header of an export: every argument and state with its unit, from the model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from codegen.constant_readings import constant_sensors, measured_columns
+from codegen.estimate_fields import Field, estimate_fields
+from codegen.exportable import Exportable
+from codegen.names import macros
+from codegen.number_format import Precision
+from codegen.template import filled
+from estimation.result import result_layout
+from estimation.status import SENTENCES, Status
+from models.state_space import StateSpaceModel
+from models.units import readable_unit
+
+
+def header(export: Exportable, prefix: str, precision: Precision, form: str) -> str:
+    """Return the header's text."""
+    model, capital = export.model, prefix.upper()
+    fields = estimate_fields(result_layout(model))
+    return filled(
+        "interface.h",
+        prefix=prefix,
+        PREFIX=capital,
+        title=title(export, precision, form),
+        real=precision.c_type,
+        sizes="\n".join(_sizes(export, capital)),
+        states=_enumeration(
+            capital, "STATE", zip(model.state_names, model.state_units, strict=True)
+        ),
+        readings=_enumeration(capital, "READING", reading_units(model)),
+        rows=_comment(_row_words(model)),
+        constants=_comment(_constant_words(model)),
+        statuses=_statuses(capital),
+        fields="\n".join(_member(field, prefix, capital) for field in fields),
+        n_constants=str(max(len(constant_sensors(model)), 1)),
+        n_memory=str(export.loop.memory.size),
+    )
+
+
+def title(export: Exportable, precision: Precision, form: str) -> str:
+    """Return what an export is, in a line."""
+    sensors = ", ".join(sensor.name for sensor in export.model.sensors)
+    return (
+        f"{export.estimator} for {export.model.name}, sensors {sensors}; "
+        f"{precision.c_type}, {form} form"
+    )
+
+
+def state_units(model: StateSpaceModel) -> list[tuple[str, str]]:
+    """Return (name, unit) of every state."""
+    return list(zip(model.state_names, model.state_units, strict=True))
+
+
+def reading_units(model: StateSpaceModel) -> list[tuple[str, str]]:
+    """Return (name, unit) of every reading that a caller gives."""
+    units = [unit for sensor in model.sensors for unit in sensor.unit_of_axis]
+    return [(model.reading_names[i], readable_unit(units[i])) for i in measured_columns(model)]
+
+
+def _sizes(export: Exportable, capital: str) -> list[str]:
+    model = export.model
+    sizes = {
+        "N_X": (model.n_x, "states"),
+        "N_Y": (len(measured_columns(model)), "readings that a step is given"),
+        "N_R": (model.n_r, "rows of the innovation"),
+    }
+    return [f"#define {capital}_{name} {n} /* {words} */" for name, (n, words) in sizes.items()]
+
+
+def _enumeration(capital: str, kind: str, entries: Iterable[tuple[str, str]]) -> str:
+    rows = list(entries)
+    names = macros(name for name, _ in rows)
+    lines = [
+        f"    {capital}_{kind}_{name} = {i}, /* {unit} */"
+        for i, (name, (_, unit)) in enumerate(zip(names, rows, strict=True))
+    ]
+    return "\n".join(["enum {", *lines, "};"]) if lines else f"/* no {kind.lower()} */"
+
+
+def _row_words(model: StateSpaceModel) -> list[str]:
+    words, at = ["Rows of the innovation:"], 0
+    for sensor in model.sensors:
+        units = [readable_unit(unit) for unit in sensor.unit_of_row]
+        last = at + sensor.n_r - 1
+        words.append(f"  {at} to {last}: {sensor.name}, {', '.join(units)}")
+        at += sensor.n_r
+    return words
+
+
+def _constant_words(model: StateSpaceModel) -> list[str]:
+    sensors = [stacked.sensor for stacked in constant_sensors(model)]
+    if not sensors:
+        return ["No sensor reads a constant."]
+    return ["The step adds the readings of sensors that read a constant:"] + [
+        f"  {sensor.name}: "
+        + (f"once every {1 / sensor.rate_hz:g} s" if sensor.rate_hz else "at every measurement")
+        for sensor in sensors
+    ]
+
+
+def _comment(lines: list[str]) -> str:
+    return "/* " + "\n * ".join(lines) + " */"
+
+
+def _statuses(capital: str) -> str:
+    return "\n".join(
+        f"#define {capital}_STATUS_{name} {member.value}u /* {SENTENCES[member]} */"
+        for name, member in Status.__members__.items()
+    )
+
+
+def _member(field: Field, prefix: str, capital: str) -> str:
+    size = {"mean": "N_X", "innovation": "N_R"}.get(field.name.removesuffix("_covariance"))
+    size = "N_X" if field.name == "covariance" else size
+    lengths = [f"{capital}_{size}" if size else str(length) for length in field.shape]
+    array = f"[{' * '.join(lengths)}]" if lengths else ""
+    words = field.words.replace("STATUS_", f"{capital}_STATUS_")
+    return f"    {field.c_type or f'{prefix}_real'} {field.name}{array}; /* {words} */"

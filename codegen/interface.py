@@ -1,0 +1,99 @@
+"""The functions of the public header, around an estimator's loop."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from codegen.constant_readings import constant_sensors, measured_columns
+from codegen.estimate_fields import NUMBERS, TOLD, estimate_fields
+from codegen.exportable import Exportable
+from codegen.number_format import Precision
+from codegen.structures import braces
+from codegen.template import filled
+from estimation.result import result_layout
+from models.arrays import Array
+from models.units import TIME_DIGITS
+
+INSTANTS = ("time_s", "times", "at_time")
+"""Names of blocks of the state and of arrays of the workspace that hold times."""
+
+
+def interface(export: Exportable, start: Array, prefix: str, precision: Precision) -> str:
+    """Return the C behind a loop.
+
+    Parameters
+    ----------
+    start : the loop's flat state before the first measurement
+    """
+    model = export.model
+    is_relative = precision.dtype is not np.float64
+    members = estimate_fields(result_layout(model))
+    first = next(member.name for member in members if member.c_type is None)
+    constants = constant_sensors(model)
+    entries = [f"{{{i}, {precision.number(float(start[i]))}}}" for i in np.flatnonzero(start)]
+    return filled(
+        "interface.c",
+        prefix=prefix,
+        PREFIX=prefix.upper(),
+        entry=export.loop.entry,
+        n_y=str(model.n_y),
+        first=first,
+        start=braces(entries),
+        measured=braces([str(column) for column in measured_columns(model)]),
+        time="late ? -INFINITY : (real)(time_s - state->origin_s)" if is_relative else "time_s",
+        constants=_constants(export, precision) if constants else "",
+        add_constants=_add_constants(prefix) if constants else "",
+        call_constants="if (!late) add_constants(state, time_s, y);" if constants else "",
+        rebase=_rebase(export, prefix) if is_relative else "",
+        call_rebase="rebase(state, memory, time);" if is_relative else "",
+        numbers="\n".join(
+            f"    estimate->{name} = ({c_type})estimate->{TOLD}[{i}];"
+            for i, (name, (c_type, _)) in enumerate(NUMBERS.items())
+            if name != "time_s"
+        ),
+    )
+
+
+def _add_constants(prefix: str) -> str:
+    return filled("add_constants.c", prefix=prefix, tick=repr(0.5 * 10**-TIME_DIGITS)) + "\n"
+
+
+def _constants(export: Exportable, precision: Precision) -> str:
+    """Return the table of sensors that read a constant."""
+    sensors = constant_sensors(export.model)
+    most = max(stacked.sensor.n_y for stacked in sensors)
+    rows = []
+    for stacked in sensors:
+        values = [precision.number(float(x)) for x in np.asarray(stacked.sensor.constant_reading)]
+        rate = stacked.sensor.rate_hz or 0.0
+        rows.append(
+            f"{{{stacked.column}, {stacked.sensor.n_y}, {float(rate)!r}, {{{', '.join(values)}}}}}"
+        )
+    return (
+        "/* Sensors that read a constant; a rate of 0 Hz is every measurement's. */\n"
+        "static const struct { integer column, n; double rate_hz; "
+        f"real value[{most}]; }} constants[] = {braces(rows)};\n"
+    )
+
+
+def _rebase(export: Exportable, prefix: str) -> str:
+    """Return what keeps times of a few bits near zero."""
+    memory, loop = export.loop.memory, export.loop
+    spans = {
+        f"memory + {memory.slices[name].start}": memory.shapes[name]
+        for name in INSTANTS
+        if name in memory.shapes
+    }
+    for group, values in loop.fields.items():
+        if isinstance(values, dict):
+            for name, value in values.items():
+                if name in INSTANTS:
+                    spans[f"{loop.entry}_{group}_{name}"] = value.shape
+    first = next(memory.slices[name].start for name in INSTANTS if name in memory.shapes)
+    shifts = [
+        f"    for (integer i = 0; i < {math.prod(shape)}; i++) ({array})[i] -= oldest;"
+        for array, shape in spans.items()
+    ]
+    return filled("rebase.c", prefix=prefix, first=str(first), shifts="\n".join(shifts)) + "\n"
