@@ -34,9 +34,9 @@ def is_single_threaded() -> bool:
     return all(os.environ.get(name) == value for name, value in SINGLE_THREADED.items())
 
 
-def again_single_threaded(output: Path) -> int:
-    """Run the suite in a process of its own that starts no threads; return its exit status."""
-    command = [sys.executable, "-m", "pen_mhe.cli", "benchmark", "speed", "--output", str(output)]
+def again_single_threaded(*words: str) -> int:
+    """Run a command of pen-mhe in a process that starts no threads; return its exit status."""
+    command = [sys.executable, "-m", "pen_mhe.cli", *words]
     return subprocess.run(command, env={**os.environ, **SINGLE_THREADED}, check=False).returncode
 
 

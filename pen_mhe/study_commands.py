@@ -32,6 +32,11 @@ SPEED = "speed"
 """The suite that times solvers by itself, see `pen_mhe.speed_run`."""
 
 
+DataOption = Annotated[
+    Path | None, typer.Option(help="Folder with real recordings.", envvar="PEN_MHE_DATA")
+]
+
+
 def benchmark(
     suites: Annotated[
         list[str] | None,
@@ -45,10 +50,7 @@ def benchmark(
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a running Dask cluster, instead of processes.")
     ] = None,
-    data: Annotated[
-        Path | None,
-        typer.Option(help="Folder with real recordings.", envvar="PEN_MHE_DATA"),
-    ] = None,
+    data: DataOption = None,
 ) -> None:
     """Run the suites and write the report: which sensors, and which estimator."""
     with one_sentence():
@@ -100,7 +102,7 @@ def _speed(output: Path) -> None:
 
     if speed_run.is_single_threaded():
         speed_run.run_speed(output)
-    elif status := speed_run.again_single_threaded(output):
+    elif status := speed_run.again_single_threaded("benchmark", "speed", "--output", str(output)):
         raise typer.Exit(status)
 
 
@@ -173,6 +175,27 @@ def optimum(
         optimum_run.run_optimum(output, windows, jobs, seed)
 
 
+def real_time(
+    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path(
+        "results/real_time"
+    ),
+    data: DataOption = None,
+    steps: Annotated[int, typer.Option(help="By the clock, per estimator.", min=1)] = 100_000,
+) -> None:
+    """Measure a step of the real-time MHE: kept factors, deadlines, time per real sample."""
+    from pen_mhe import real_time_run, speed_run  # tables and figures are slow to import
+
+    with one_sentence():
+        if data is not None and not data.is_dir():
+            raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
+        words = ["--output", str(output), "--steps", str(steps)]
+        words += [] if data is None else ["--data", str(data)]
+        if speed_run.is_single_threaded():
+            real_time_run.run_real_time(output, data, steps)
+        elif status := speed_run.again_single_threaded("real-time", *words):
+            raise typer.Exit(status)
+
+
 def codegen(
     output: Annotated[Path, typer.Option(help="Folder for the C files.")],
     pen: PenOption = "reference",
@@ -216,6 +239,7 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "bad-starts": bad_starts,
     "printed-cost": printed_cost,
     "optimum": optimum,
+    "real-time": real_time,
     "codegen": codegen,
 }
 """Name → function of every command here."""
