@@ -49,7 +49,7 @@ class Exported:
         real = np.ctypeslib.as_ctypes_type(self.dtype)
         fields = estimate_fields(result_layout(self.model))
         self._estimate = estimate_structure(fields, real)()
-        self._layout = result_layout(self.model)
+        self.layout = result_layout(self.model)
         self._reader = ResultReader(self.model)
         self._columns = measured_columns(self.model)
         self._readings = np.empty(len(self._columns), self.dtype)
@@ -83,17 +83,18 @@ class Exported:
         InputError
             If the time is not a finite number.
         """
-        self._readings[:] = y[self._columns]
+        with np.errstate(over="ignore"):  # too large for single precision: infinite, and told so
+            self._readings[:] = y[self._columns]
         readings = self._readings.ctypes.data
         if self._step(self._state, time_s, readings, ctypes.byref(self._estimate)):
             raise InputError(f"the time of a measurement is {time_s}, expected a number")
 
     def told(self) -> Array:
         """Return what the last step told, as `estimation.result.result_layout` has it."""
-        result = np.empty(self._layout.size)
-        for block in self._layout.shapes:
+        result = np.empty(self.layout.size)
+        for block in self.layout.shapes:
             value: Any = getattr(self._estimate, block)
-            self._layout.view(result, block).ravel()[:] = value
+            self.layout.view(result, block).ravel()[:] = value
         return result
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -87,7 +88,7 @@ def _rebase(export: Exportable, prefix: str) -> str:
         if name in memory.shapes
     }
     for group, values in loop.fields.items():
-        if isinstance(values, dict):
+        if isinstance(values, Mapping):
             for name, value in values.items():
                 if name in INSTANTS:
                     spans[f"{loop.entry}_{group}_{name}"] = value.shape

@@ -6,49 +6,68 @@
  *               [0,       S-] Q = [W, S+],    e = L^-1 v,   delta+ = delta- + W e
  *
  * with Q orthogonal. Multiplied by its transpose, each line is the covariance form's; no step
- * subtracts one covariance from another, so S S' is one in any arithmetic. */
+ * subtracts one covariance from another, so S S' is one in any arithmetic. The arrays are kept
+ * column by column: all inner loops run through memory in order. */
 
-/* Turn the columns `head` and `tail`, `tail` + 1, … of the array, which is kept column by column
- * so that all inner loops run through memory in order, so that a row's tail becomes zero
- * and its head a length; rows below it turn along. Householder's reflection with its first
- * column's sign turned round: no branch on the sign, and nothing cancels. */
-static void reflect(const Model *m, integer n_rows, integer width, integer row, integer head,
-                    integer tail)
+/* Turn the columns from `row` on of an array so that this row's tail becomes zero and its head, on
+ * the diagonal, a length; rows below turn along. Householder's reflection with its first column's
+ * sign turned round: no branch on the sign, and nothing cancels. */
+static void reflect(const Model *m, integer n_rows, integer width, integer row)
 {
-    real *restrict h = m->array + head * n_rows, *restrict along = m->along;
+    real *restrict head = m->array + row * n_rows, *restrict along = m->along;
     const integer below = row + 1;
-    real square = h[row] * h[row];
-    for (integer j = below; j < n_rows; j++) along[j] = h[j] * h[row];
-    for (integer c = tail; c < width; c++) {
+    real square = head[row] * head[row];
+    for (integer j = below; j < n_rows; j++) along[j] = head[j] * head[row];
+    for (integer c = row + 1; c < width; c++) {
         const real *restrict column = m->array + c * n_rows, u = column[row];
         if (u == 0) continue; /* most of the pattern */
         square += u * u;
         for (integer j = below; j < n_rows; j++) along[j] += column[j] * u;
     }
-    const real length = sqrt(square), both = length + fabs(h[row]), sign = copysign(1, h[row]);
+    const real length = sqrt(square), sign = copysign(1, head[row]);
+    const real both = length + fabs(head[row]);
     if (length == 0) return;
     for (integer j = below; j < n_rows; j++) {
         const real turned = along[j] / length;
-        along[j] = (turned + sign * h[j]) / both;
-        h[j] = turned;
+        along[j] = (turned + sign * head[j]) / both;
+        head[j] = turned;
     }
-    for (integer c = tail; c < width; c++) {
+    for (integer c = row + 1; c < width; c++) {
         real *restrict column = m->array + c * n_rows, u = column[row];
         if (u == 0) continue;
         for (integer j = below; j < n_rows; j++) column[j] -= along[j] * u;
-        column[row] = 0;
     }
-    h[row] = length;
+    head[row] = length;
 }
 
-/* Make rows and columns from `first` on triangular, and copy them to S. */
-static void triangular(const Model *m, integer n_rows, integer width, integer first, real *S)
+/* Turn two columns by an angle, in some rows. */
+static inline void rotate(real *restrict a, real *restrict b, integer from, integer to,
+                          real cosine, real sine)
 {
-    const integer n = m->n_x;
-    for (integer i = 0; i < n; i++) reflect(m, n_rows, width, first + i, first + i, first + i + 1);
-    for (integer i = 0; i < n; i++)
-        for (integer j = 0; j < n; j++)
-            S[i * n + j] = j > i ? 0 : m->array[(first + j) * n_rows + first + i];
+    for (integer j = from; j < to; j++) {
+        const real turned = cosine * a[j] + sine * b[j];
+        b[j] = cosine * b[j] - sine * a[j];
+        a[j] = turned;
+    }
+}
+
+/* Take one row of an update: turn its S' H' into the row's own column, from the last on, which
+ * leaves S triangular and its diagonal positive. Each state keeps as many digits of what it
+ * is known by afterwards as of what it was known by before (Carlson 1973). */
+static void absorb_row(const Model *m, integer row)
+{
+    const integer n_r = m->n_r, n = n_r + m->n_x;
+    real *own = m->array + row * n;
+    for (integer c = m->n_x - 1; c >= 0; c--) {
+        real *column = m->array + (n_r + c) * n;
+        const real u = column[row];
+        if (u == 0) continue;
+        const real length = sqrt(own[row] * own[row] + u * u);
+        const real cosine = own[row] / length, sine = u / length;
+        rotate(own, column, row + 1, n_r, cosine, sine);
+        rotate(own, column, n_r + c, n, cosine, sine);
+        own[row] = length;
+    }
 }
 
 /* δ⁻ around f(x̃, w̃) in `reached`, S⁻, F, G; a result that is not wanted is 0. */
@@ -74,7 +93,9 @@ static void predict(const Model *m, const real *d_plus, const real *S_plus, cons
         if (d_minus) d_minus[i] -= G[k] * w_lin[j];
         array[(n_x + j) * n_x + i] = G[k] * noise_scale[j];
     }
-    if (S_minus) triangular(m, n_x, width, 0, S_minus);
+    for (integer i = 0; S_minus && i < n_x; i++) reflect(m, n_x, width, i);
+    for (integer i = 0; S_minus && i < n_x; i++)
+        for (integer j = 0; j < n_x; j++) S_minus[i * n_x + j] = j > i ? 0 : array[j * n_x + i];
 }
 
 /* δ⁺, S⁺, v, the innovations' covariance, W, e, H, L; a result that is not wanted is 0. */
@@ -101,7 +122,7 @@ static void update(const Model *m, const real *d_minus, const real *S_minus, con
     }
     for (integer i = 0; i < n_x; i++)
         for (integer c = 0; c <= i; c++) array[(n_r + c) * n + n_r + i] = S_minus[i * n_x + c];
-    for (integer i = 0; i < n_r; i++) reflect(m, n, n, i, i, n_r);
+    for (integer i = 0; i < n_r; i++) absorb_row(m, i);
 
     copy(e, v, n_r);
     if (d_plus) copy(d_plus, d_minus, n_x);
@@ -118,7 +139,9 @@ static void update(const Model *m, const real *d_minus, const real *S_minus, con
         for (integer i = k; i < n_r; i++)
             for (integer j = k; j < n_r; j++)
                 S[i * n_r + j] += array[k * n + i] * array[k * n + j];
-    if (S_plus) triangular(m, n, n, n_r, S_plus);
+    for (integer i = 0; S_plus && i < n_x; i++)
+        for (integer j = 0; j < n_x; j++)
+            S_plus[i * n_x + j] = j > i ? 0 : array[(n_r + j) * n + n_r + i];
 }
 
 /* P v = S (S' v). */

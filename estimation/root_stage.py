@@ -10,6 +10,8 @@ References
 ----------
 Kailath, Sayed, Hassibi (2000), Linear Estimation, chapter 12, for the array form.
 Golub, Van Loan (2013), Matrix Computations, section 5.1, for the reflections.
+Carlson (1973), Fast triangular formulation of the square root filter, AIAA J. 11(9), for the
+order of the rotations.
 """
 
 from __future__ import annotations
@@ -94,7 +96,7 @@ def in_roots(model: StateSpaceModel, loop: Loop) -> tuple[Loop, dict[str, Any]]:
         **_pattern("L", update.sparsity_out("L")),
         "v": np.zeros(n_r),
         "e": np.zeros(n_r),
-        "along": np.zeros(n_r + n_x),
+        "along": np.zeros(n_x),
         "array": np.zeros(max(n_x * (n_x + n_w), (n_r + n_x) ** 2)),
     }
 

@@ -33,8 +33,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.status import Status
+from mhe.constraint_rows import count
 from mhe.interpreted_pass import Scales
 from mhe.linearised_window import Lineariser, WindowStages
+from mhe.qp_crossover import crossed_over
 from mhe.qp_pattern import QpPattern
 from mhe.qp_warm_start import LastOptimum, start_at_trajectory
 from mhe.scaled_qp import ScaledQp
@@ -45,7 +47,7 @@ from models.state_space import StateSpaceModel
 SETTINGS: Mapping[str, Any] = MappingProxyType(
     {
         "verbose": False,
-        "max_iter": 20_000,
+        "max_iter": 4000,
         "check_termination": 5,
         "eps_prim_inf": 1e-9,
         "eps_dual_inf": 1e-9,
@@ -58,19 +60,11 @@ SETTINGS: Mapping[str, Any] = MappingProxyType(
 """Of OSQP."""
 
 EPSILONS = (1e-3, 1e-5, 1e-7, 1e-9)
-"""Where OSQP's iterations end, one after the other, until the polished optimum is `ACCURATE`:
-mostly at the first. Iterating to the last at once takes longer, and rounding may end it above."""
+"""Where OSQP's iterations end, one after the other, until the optimum is accurate: mostly at the
+first, polished. Where OSQP's own polish fails, `mhe.qp_crossover` looks for the rows that hold."""
 
 ACCURATE = 1e-10
 """Largest residual of the optimality conditions, everything in standard deviations."""
-
-STATUS: Mapping[str, Status] = MappingProxyType(
-    {
-        "OSQP_PRIMAL_INFEASIBLE": Status.INFEASIBLE,
-        "OSQP_MAX_ITER_REACHED": Status.ITERATION_LIMIT,
-    }
-)
-"""OSQP's status → ours, where it is not accurate; any other is `Status.SOLVER_FAILED`."""
 
 SCALE_KEPT = 4.0
 """While no standard deviation has changed by more than this factor, S stays."""
@@ -160,42 +154,55 @@ class OsqpWindow:
         L = _factor(window.prior.covariance)
         self._rescale(linear.newest)
         qp = ScaledQp(self._pattern, linear, L, d, scales.noises, self._scale)
-        kept, iterations, status = False, 0, Status.NOT_FINITE
-        if qp.is_finite:
-            kept = self._hand_over(qp, *qp.limits(demanded))
-            if self._last is None:
-                start = start_at_trajectory(window, qp)
-            else:
-                start = self._last.start(self.lineariser, window, qp)
-            found, status, iterations = self._solve(*start)
+        if not qp.is_finite:
+            return self._unsolved(window, linear.newest, Status.NOT_FINITE, 0)
+        limits = qp.limits(demanded)
+        kept = self._hand_over(qp, *limits)
+        here = start_at_trajectory(window, qp)
+        start = here if self._last is None else self._last.start(self.lineariser, window, qp)
+        z, y, status, iterations = self._solve(qp, limits, start)
         if status is not Status.SOLVED:
-            self.forget()
-            delta, w, multipliers = np.zeros(window.x.shape), window.w, np.zeros(demanded.shape)
-            return QpSolution(
-                delta, w.copy(), multipliers, np.nan, linear.newest, status, iterations, kept
-            )
-        self._last = LastOptimum.of(self.lineariser, window, qp, found.x, found.y)
-        delta, w = qp.deviations(found.x)
-        multipliers = np.maximum(qp.multipliers(found.y), 0)
-        length = qp.length(found.x, start_at_trajectory(window, qp)[0])
-        return QpSolution(delta, w, multipliers, length, linear.newest, status, iterations, kept)
+            return self._unsolved(window, linear.newest, status, iterations)
+        self._last = LastOptimum.of(self.lineariser, window, qp, z, y)
+        multipliers = np.maximum(qp.multipliers(y), 0)
+        length = qp.length(z, here[0])
+        return QpSolution(
+            *qp.deviations(z), multipliers, length, linear.newest, status, iterations, kept
+        )
 
-    def _solve(self, z: Array, y: Array) -> tuple[Any, Status, int]:
-        """Return OSQP's result from a start, status and iterations."""
-        self._solver.warm_start(z, y)
-        iterations = 0
+    def _solve(
+        self, qp: ScaledQp, limits: tuple[Array, Array], start: tuple[Array, Array]
+    ) -> tuple[Array, Array, Status, int]:
+        """Return z, y, status and OSQP's iterations."""
+        self._solver.warm_start(*start)
+        iterations, status = 0, Status.SOLVER_FAILED
         for epsilon in EPSILONS:
             self._solver.update_settings(eps_abs=epsilon, eps_rel=epsilon)
             found = self._solver.solve(raise_error=False)
             iterations += int(found.info.iter)
             name = self._names[found.info.status_val]
-            status = STATUS.get(name, Status.SOLVER_FAILED)
             residual = max(found.info.prim_res, found.info.dual_res)
             if name == "OSQP_SOLVED" and residual <= ACCURATE:
-                return found, Status.SOLVED, iterations
-            if name != "OSQP_SOLVED":
+                return found.x, found.y, Status.SOLVED, iterations
+            if name == "OSQP_PRIMAL_INFEASIBLE":
+                status = Status.INFEASIBLE
                 break
-        return found, status, iterations
+            A = self._pattern.matrix(qp.values)
+            exact = crossed_over(self._pattern.hessian, A, *limits, found.y > 0, ACCURATE)
+            if exact is not None:
+                return *exact, Status.SOLVED, iterations
+        return *start, status, iterations
+
+    def _unsolved(
+        self, window: WindowStages, newest: Array, status: Status, iterations: int
+    ) -> QpSolution:
+        """Return the trajectory unmoved, and start afresh next time."""
+        self.forget()
+        multipliers = np.zeros((self.n_stages, count(self.lineariser.model)))
+        nothing = np.zeros(window.x.shape)
+        return QpSolution(
+            nothing, window.w.copy(), multipliers, np.nan, newest, status, iterations, False
+        )
 
     def _rescale(self, newest: Array) -> None:
         variance = np.diag(newest)

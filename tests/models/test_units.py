@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from models.paper import Paper
 from models.pen import PenConfig, Prior, ProcessNoise
 from models.sensors import (
     SENSOR_KINDS,
@@ -85,7 +86,7 @@ def test_lists_are_converted_entry_by_entry() -> None:
     assert WritingArea(**centre).centre_m == pytest.approx((0.1, 0.2, 0))
 
 
-@pytest.mark.parametrize("config", [*SENSOR_KINDS.values(), PenConfig, Prior, ProcessNoise])
+@pytest.mark.parametrize("config", [*SENSOR_KINDS.values(), PenConfig, Prior, ProcessNoise, Paper])
 def test_no_two_fields_share_a_spelling(config: type[Any]) -> None:
     """Else a key would silently set one of them."""
     spellings = [name for field in config.model_fields for name in accepted_names(field)]

@@ -1,0 +1,91 @@
+"""``pen-mhe codegen``: what it writes, and one sentence for what it cannot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from pen_mhe import codegen_run
+from pen_mhe.cli import app
+
+FILES = {"pen.h", "pen.c", "pen_model.c", "main.c", "CMakeLists.txt", "README.md"}
+
+
+def call(folder: Path, *options: str) -> Any:
+    return CliRunner().invoke(app, ["codegen", "--output", str(folder), *options])
+
+
+@pytest.fixture
+def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Do not compile, to be quick."""
+    monkeypatch.setattr(codegen_run, "find_target", lambda: None)
+
+
+@pytest.mark.usefixtures("unmeasured")
+@pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
+@pytest.mark.parametrize("precision", [(), ("--float32",)])
+def test_a_folder_has_everything(name: str, precision: tuple[str, ...], tmp_path: Path) -> None:
+    folder = tmp_path / "deep" / "made"
+    result = call(folder, "--sensors", "accel", "--estimator", name, *precision)
+    assert result.exit_code == 0, result.stderr
+    assert {path.name for path in folder.iterdir()} == FILES
+    real = "float" if precision else "double"
+    assert f"typedef {real} pen_real;" in (folder / "pen.h").read_text()
+    assert "Not measured" in (folder / "README.md").read_text()
+
+
+@pytest.mark.usefixtures("unmeasured")
+def test_horizon_and_prefix(tmp_path: Path) -> None:
+    options = ("--sensors", "accel", "--estimator", "mhe-rti", "--float32")
+    call(tmp_path, *options, "--horizon", "7", "--prefix", "nib")
+    source = (tmp_path / "nib.c").read_text()
+    assert ".n_stages = 8," in source
+    assert "int nib_step(" in source
+
+
+def test_sizes_are_told(tmp_path: Path) -> None:
+    result = call(tmp_path, "--sensors", "accel", "--estimator", "ekf", "--float32")
+    assert result.exit_code == 0, result.stderr
+    assert "flash" in result.stdout
+    assert "| flash: code, tables |" in (tmp_path / "README.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--estimator", "mhe"), "estimator mhe cannot be exported as C, expected one of ekf, mhe"),
+        (("--estimator", "kalman"), "estimator kalman cannot be exported as C"),
+        (("--estimator", "ekf", "--horizon", "5"), "horizon 5 is given for ekf, which has no wind"),
+        (
+            ("--estimator", "mhe-rti", "--horizon", "0"),
+            "horizon is 0, expected at least 1",
+        ),
+        (("--sensors", "acel"), "acel"),
+        (("--sensors", "area"), "sensors area have no readings of their own"),
+        (("--sensors", ","), "has no name in it"),
+        (("--pen", "absent.toml"), "pen file absent.toml does not exist"),
+        (("--prefix", "My-Pen"), "prefix 'My-Pen', expected small letters"),
+    ],
+)
+def test_bad_input(options: tuple[str, ...], sentence: str, tmp_path: Path) -> None:
+    result = call(tmp_path / "made", *options)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    message = result.stderr.strip()
+    assert message.startswith("pen-mhe: ")
+    assert "\n" not in message
+    assert sentence in message
+    assert not (tmp_path / "made").exists()
+
+
+def test_an_output_that_is_a_file(tmp_path: Path) -> None:
+    taken = tmp_path / "taken"
+    taken.write_text("mine")
+    result = call(taken, "--sensors", "accel", "--estimator", "ekf")
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert "expected a folder that can be written" in result.stderr
+    assert taken.read_text() == "mine"

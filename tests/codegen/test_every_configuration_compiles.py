@@ -1,0 +1,64 @@
+"""Every model of the contract is exported as C that compiles without a warning."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmark.registry import contract_models
+from models.paper import Paper
+from models.pen import pen_model
+from tests.codegen.exports import made
+from tests.codegen.toolchains import HOST, TOOLCHAINS, Toolchain, compile_strictly
+from tests.engines import needs_compiler
+from tests.estimation import pens
+from tests.mhe import pendulum
+
+MODELS = contract_models()
+CHECK = ("-fsyntax-only",)
+"""All warnings that need no optimiser, in a tenth of the time."""
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
+@pytest.mark.parametrize("model", MODELS)
+def test_in_single_precision(model: str, name: str, tmp_path: Path) -> None:
+    compile_strictly(HOST, made(name, MODELS[model], "float"), tmp_path, CHECK)
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
+@pytest.mark.parametrize("model", [name for name in MODELS if "turntable" in name])
+def test_in_double_precision(model: str, name: str, tmp_path: Path) -> None:
+    compile_strictly(HOST, made(name, MODELS[model]), tmp_path, CHECK)
+
+
+@pytest.mark.parametrize("chain", TOOLCHAINS)
+@pytest.mark.parametrize(
+    ("name", "real", "level"),
+    [
+        ("ekf", "double", "-O3"),
+        ("ekf", "float", "-O3"),
+        ("mhe-rti", "double", "-Os"),
+        ("mhe-rti", "float", "-O2"),
+        ("mhe-rti", "float", "-O3"),
+    ],
+)
+def test_at_levels_of_optimisation(
+    chain: Toolchain, name: str, real: str, level: str, tmp_path: Path
+) -> None:
+    compile_strictly(chain, made(name, pendulum.model(), real), tmp_path, (level,))
+
+
+@pytest.mark.parametrize("chain", TOOLCHAINS)
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_bounds_and_inequalities(chain: Toolchain, real: str, tmp_path: Path) -> None:
+    model = pendulum.model().bounded(s0_m=(-0.3, 0.3)).constrained(lambda x: x[0] + x[1] - 9)
+    compile_strictly(chain, made("mhe-rti", model, real), tmp_path)
+
+
+@needs_compiler
+def test_a_pen_above_its_paper(tmp_path: Path) -> None:
+    model = pen_model(pens.pen_config().model_copy(update={"paper": Paper()}))
+    compile_strictly(HOST, made("mhe-rti", model, "float"), tmp_path, CHECK)

@@ -1,0 +1,128 @@
+"""Square roots: the covariance form's estimates, and a covariance in any arithmetic."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from estimation.estimate import Estimate
+from estimation.recording import Measurement
+from estimation.root_stage import in_roots, root
+from estimation.status import Status
+from mhe.config import MheConfig
+from models.gaussian import GaussianState
+from tests.closeness import estimate_error
+from tests.codegen.exports import SHORT, exported, told
+from tests.disturbed import ABSURD_AT, disturbed
+from tests.engines import needs_compiler
+from tests.estimation import pens
+from tests.linear_models import LinearSystem, constant_acceleration_system
+
+pytestmark = needs_compiler
+
+RUN = pens.draw_pen_run(60, seed=11)
+ACCEL, *OTHERS = RUN.model.sensors
+PEN = RUN.model.replace(sensors=(replace(ACCEL, reading_limit=40.0), *OTHERS))
+ALIKE_STD = 1e-9
+
+
+@pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
+def test_both_forms_say_the_same(name: str) -> None:
+    measurements = disturbed(RUN.measurements, limit=39.99, outlier=3.0)
+    del measurements[ABSURD_AT]  # what is NaN of its innovation differs
+    roots = told(exported(name, PEN, "double", "root"), measurements)
+    covariances = told(exported(name, PEN, "double", "covariance"), measurements)
+    for a, b in zip(roots, covariances, strict=True):
+        assert estimate_error(PEN, a, b) < ALIKE_STD
+        assert a.status is b.status
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
+def test_an_absurd_reading_spoils_nothing(name: str, real: str) -> None:
+    measurements = list(RUN.measurements)
+    absurd = 1e200 if real == "double" else 1e30
+    measurements.insert(ABSURD_AT, replace(measurements[ABSURD_AT - 1], y=np.full(PEN.n_y, absurd)))
+    free = PEN.replace(sensors=RUN.model.sensors)
+    estimates = told(exported(name, free, real, "root"), measurements)
+    assert Status.NOT_FINITE in estimates[ABSURD_AT].status
+    for estimate in estimates:
+        assert np.isfinite(estimate.state.mean).all()
+        assert smallest_eigenvalue(estimate) > 0
+    assert all(e.status is Status.SOLVED for e in estimates[ABSURD_AT + 2 :])
+
+
+def test_losses_scale_rows_and_noises_alike() -> None:
+    config = MheConfig(horizon=4, huber={"accel": 2.0}, sparse_noise=1.0)
+    measurements = RUN.measurements[:30]
+    roots = told(exported("mhe-rti", PEN, "double", "root", config), measurements)
+    covariances = told(exported("mhe-rti", PEN, "double", "covariance", config), measurements)
+    for a, b in zip(roots, covariances, strict=True):
+        assert estimate_error(PEN, a, b) < ALIKE_STD
+
+
+def hard_system() -> LinearSystem:
+    """Nothing is known of the start, and readings are good: variances over 14 orders."""
+    system = constant_acceleration_system(1, density=1.0)
+    position, acceleration = system.model.sensors
+    exact = replace(position, noise_std=np.array([1e-4]))
+    prior = GaussianState(system.model.prior.mean, 1e6 * np.eye(3))
+    model = system.model.replace(sensors=(exact, acceleration), prior=prior)
+    return replace(system, model=model, R=np.diag([1e-8, 0.09]))
+
+
+def smallest_eigenvalue(estimate: Estimate) -> float:
+    """Of the estimate's correlation; negative where there is no covariance."""
+    P = estimate.state.covariance
+    variances = np.diag(P)
+    if not (variances > 0).all():
+        return -np.inf
+    std = np.sqrt(variances)
+    return float(np.linalg.eigvalsh(P / np.outer(std, std)).min())
+
+
+def test_only_roots_last_in_single_precision() -> None:
+    system = hard_system()
+    truth = np.array([0.1, -0.2, 0.3])
+    measurements = [
+        Measurement(t, np.array([truth[0] + truth[1] * t + truth[2] * t**2 / 2, np.nan]))
+        for t in np.arange(200) / 100
+    ]
+    wanted = system.textbook(measurements)
+    roots = told(exported("ekf", system.model, "float", "root"), measurements)
+    for estimate, posterior in zip(roots, wanted, strict=True):
+        std = np.sqrt(np.diag(posterior.covariance))
+        assert smallest_eigenvalue(estimate) > 0
+        np.testing.assert_allclose(estimate.state.std, std, rtol=1e-3)
+    covariances = told(exported("ekf", system.model, "float", "covariance"), measurements)
+    ratios = [
+        estimate.state.covariance.diagonal() / posterior.covariance.diagonal()
+        for estimate, posterior in zip(covariances, wanted, strict=True)
+    ]
+    lost = [smallest_eigenvalue(estimate) <= 0 for estimate in covariances]
+    assert any(lost) or np.nanmax(np.abs(np.array(ratios) - 1)) > 1, "or roots were not needed"
+
+
+def test_a_root_is_the_cholesky_factor() -> None:
+    factor = np.array([[2.0, 0.0], [-1.0, 3.0]])
+    np.testing.assert_allclose(root(factor @ factor.T), factor, rtol=1e-15)
+
+
+def test_linear_functions_are_as_sparse_as_those_they_come_from() -> None:
+    from codegen.exportable import exportable
+
+    loop = exportable("mhe-rti", PEN, SHORT["mhe-rti"]).loop
+    (predict,), (update,), *_ = loop.functions
+    changed, fields = in_roots(PEN, loop)
+    (transition,), (residual,), *_ = changed.functions
+    for name in "FG":
+        assert transition.sparsity_out(name) == predict.sparsity_out(name)
+    assert residual.sparsity_out("H") == update.sparsity_out("H")
+    assert fields["nnz_L"] == update.nnz_out("L")
+    rows, columns = (np.array(x) for x in update.sparsity_out("L").get_triplet())
+    np.testing.assert_array_equal(fields["L_row"], rows)
+    np.testing.assert_array_equal(fields["L_column"], columns)
+    constant = changed.fields["constant_covariance"]
+    np.testing.assert_allclose(constant @ constant.T, PEN.prior.covariance, rtol=1e-14)

@@ -1,0 +1,94 @@
+"""What object files need and offer: no dynamic memory, no clock, no doubles in single precision."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from mhe.config import MheConfig
+from tests.codegen.exports import made
+from tests.codegen.toolchains import CORTEX, TOOLCHAINS, Toolchain, compile_strictly, symbols
+from tests.estimation import pens
+
+PEN = pens.draw_pen_run(20, seed=11).model
+ALLOCATION = {"malloc", "calloc", "realloc", "free", "sbrk", "_sbrk"}
+FILES = ("pen.o", "pen_model.o")
+DOUBLE_MATH = {"sin", "cos", "sqrt", "atan2", "fabs", "remainder", "fmax", "fmin", "copysign"}
+TIME_ONLY = {
+    *("__aeabi_dadd", "__aeabi_dsub", "__aeabi_d2f", "__aeabi_f2d"),
+    *("__aeabi_dcmplt", "__aeabi_dcmpgt", "__aeabi_dcmpun", "__aeabi_dcmple", "__aeabi_dcmpge"),
+}
+"""What handing over a time as double takes: a difference, a comparison, a conversion."""
+DEADLINE = {"__aeabi_dmul", "__aeabi_ddiv", "__aeabi_i2d"}
+"""What reckoning with a clock of doubles takes besides; never called without a deadline."""
+MATHEMATICS = {
+    "atan2",
+    "copysign",
+    "cos",
+    "fmax",
+    "fmin",
+    "nextafter",
+    "remainder",
+    "sin",
+    "sincos",
+    "sqrt",
+}
+ALLOWED = {"memcmp", "memcpy", "memset", "_GLOBAL_OFFSET_TABLE_", *MATHEMATICS}
+
+
+@pytest.mark.parametrize("chain", TOOLCHAINS)
+@pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_needs_no_memory_and_no_operating_system(
+    chain: Toolchain, name: str, real: str, tmp_path: Path
+) -> None:
+    compile_strictly(chain, made(name, PEN, real, "root"), tmp_path)
+    needed = set().union(*(symbols(chain, tmp_path, file, "-u") for file in FILES))
+    assert not needed & ALLOCATION
+    own = {symbol for symbol in needed if symbol.startswith(("pen_", "__aeabi_"))}
+    assert {symbol.removesuffix("f") for symbol in needed - own} <= ALLOWED
+    offered = set().union(*(symbols(chain, tmp_path, file, "-g") for file in FILES)) - needed
+    assert offered >= {"pen_init", "pen_step"}
+    assert all(symbol.startswith("pen_") for symbol in offered), offered
+
+
+@pytest.mark.parametrize("chain", TOOLCHAINS)
+@pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
+def test_single_precision_has_doubles_in_times_only(
+    chain: Toolchain, name: str, tmp_path: Path
+) -> None:
+    compile_strictly(chain, made(name, PEN, "float"), tmp_path)
+    model, loop = (symbols(chain, tmp_path, file, "-u") for file in ("pen_model.o", "pen.o"))
+    assert not (model | loop) & DOUBLE_MATH
+    assert not [symbol for symbol in model if symbol.startswith("__aeabi_d")]
+    if chain is CORTEX:
+        doubles = {s for s in loop if s.startswith("__aeabi_d") or s.endswith("2d")}
+        assert doubles <= (TIME_ONLY if name == "ekf" else TIME_ONLY | DEADLINE)
+
+
+@pytest.mark.parametrize("chain", TOOLCHAINS)
+def test_a_clock_of_ones_own(chain: Toolchain, tmp_path: Path) -> None:
+    """Its name is given; nothing else is needed of the machine."""
+    export = made("mhe-rti", PEN, "float", config=MheConfig(horizon=2, deadline_s=0.001))
+    compile_strictly(chain, export, tmp_path, ("-Os", "-DPEN_MHE_CLOCK=my_seconds"))
+    needed = symbols(chain, tmp_path, "pen.o", "-u")
+    assert "my_seconds" in needed
+    assert "clock_gettime" not in needed
+
+
+def test_two_exports_live_side_by_side(tmp_path: Path) -> None:
+    from codegen.export import export_c
+    from codegen.exportable import exportable
+
+    offered = []
+    for prefix in ("left", "right"):
+        (tmp_path / prefix).mkdir()
+        export = export_c(exportable("ekf", PEN), "float", prefix=prefix)
+        (chain,) = TOOLCHAINS[0].values
+        compile_strictly(chain, export, tmp_path / prefix)
+        files = (f"{prefix}.o", f"{prefix}_model.o")
+        undefined = set().union(*(symbols(chain, tmp_path / prefix, f, "-u") for f in files))
+        both = set().union(*(symbols(chain, tmp_path / prefix, f, "-g") for f in files))
+        offered.append(both - undefined)
+    assert not offered[0] & offered[1]

@@ -1,0 +1,69 @@
+"""The compilers that exports are tried with."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from codegen.export import Export
+from codegen.sizes import ARM, CORTEX_M4F
+
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
+
+
+@dataclass(frozen=True)
+class Toolchain:
+    """A compiler with its flags, and its ``nm``."""
+
+    command: tuple[str, ...]
+    nm: str
+
+
+HOST = Toolchain(("gcc",), "nm")
+CORTEX = Toolchain((f"{ARM}gcc", *CORTEX_M4F), f"{ARM}nm")
+TOOLCHAINS = [
+    pytest.param(
+        chain,
+        id=words,
+        marks=pytest.mark.skipif(
+            shutil.which(chain.command[0]) is None, reason=f"{chain.command[0]} is not installed"
+        ),
+    )
+    for words, chain in {"host": HOST, "cortex-m4f": CORTEX}.items()
+]
+
+
+def written(export: Export, folder: Path) -> Path:
+    """Write an export's three files."""
+    for name, text in {
+        ".h": export.header,
+        ".c": export.source,
+        "_model.c": export.generated,
+    }.items():
+        (folder / f"{export.prefix}{name}").write_text(text, "utf-8")
+    return folder
+
+
+def compile_strictly(
+    chain: Toolchain, export: Export, folder: Path, flags: Sequence[str] = ("-Os",)
+) -> None:
+    """Compile an export as its CMakeLists.txt does; fails with the compiler's words."""
+    written(export, folder)
+    promotion = ["-Wdouble-promotion"] if export.precision.c_type == "float" else []
+    more = {export.prefix: [], f"{export.prefix}_model": ["-Wno-unused-parameter"]}
+    for name, own in more.items():
+        command = [*chain.command, *STRICT, *promotion, *own, *flags, "-c", f"{name}.c"]
+        result = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+        assert result.returncode == 0, f"{' '.join(command)}\n{result.stderr}"
+
+
+def symbols(chain: Toolchain, folder: Path, file: str, option: str) -> set[str]:
+    """Return the names that ``nm`` tells with an option."""
+    command = [chain.nm, option, file]
+    told = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True).stdout
+    return {line.split()[-1] for line in told.splitlines() if line}
