@@ -11,7 +11,11 @@ D the scales of the noises; all else is that of `estimation.kalman_stage`.
          ρ Cᵀ S δ̂_k                          ≤ -ρ g(x̃_k)                  where demanded
 
 Neither P̄ nor the noise's covariance is inverted, and the Hessian is a constant: with
-readings as rows, not as HᵀH, no condition number is squared.
+readings as rows, not as HᵀH, no condition number is squared. (With HᵀH OSQP's optimum of a pen
+with an accelerometer was 1e-3 standard deviations off, with rows it is exact to 1e-12.)
+
+OSQP's iterations find about which rows hold. Its polish brings the last digits, or
+`mhe.qp_crossover` where rows are too stiff for that.
 
 An independent reference of the compiled pass (`mhe.realtime`), and what is left where its
 active-set method gives up.

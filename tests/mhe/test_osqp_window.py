@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from estimation.kalman_stage import KalmanStage, rows_present, without_gaps
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheConfig
-from mhe.constraint_rows import count, demanded
-from mhe.interpreted_pass import Scales, View, WindowPass
-from mhe.osqp_window import OsqpWindow, QpSolution
-from mhe.realtime import window_memory
+from mhe.interpreted_pass import WindowPass
+from mhe.osqp_window import OsqpWindow
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
-from models.state_space import StateSpaceModel
 from tests.estimation import pens
 from tests.linear_models import LinearSystem, constant_acceleration_system, coupled_system
 from tests.mhe import pendulum
+from tests.mhe.linearised_windows import bounded_stream, linearised, run
 from tests.mhe.runs import linear_batch
 from tests.references.least_distance import solve_held
 
@@ -32,54 +27,6 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 TOLERANCE = 1e-9
 """Standard deviations; OSQP polishes its optimum to about 1e-12."""
 N_STAGES = 9
-
-
-@dataclass(frozen=True, eq=False)
-class Linearised:
-    """The arguments of a pass."""
-
-    view: View
-    d: Array
-    scales: Scales
-    demanded: NDArray[np.bool_]
-
-
-def linearised(
-    model: StateSpaceModel,
-    measurements: list[Measurement],
-    seed: int,
-    off: float = 1.0,
-    noise_scale: float = 1.0,
-    row_scale: float = 1.0,
-) -> Linearised:
-    """A window at a trajectory that is drawn anywhere near the prior, and obeys nothing.
-
-    Parameters
-    ----------
-    off : how far the trajectory is, in standard deviations of the prior
-    noise_scale, row_scale : largest of the losses' scales, and their smallest for rows
-    """
-    rng, n, layout = np.random.default_rng(seed), len(measurements), window_memory
-    memory = layout(model, n)
-    flat = np.zeros(memory.size)
-    memory.view(flat, "count")[...] = n
-    view = View.of(memory, flat)
-    view.times[:] = [m.time_s for m in measurements]
-    view.y[:] = [without_gaps(m.y) for m in measurements]
-    view.present[:] = [rows_present(model, m.y) for m in measurements]
-    asked = np.array([demanded(model, m.y) for m in measurements]).reshape(n, count(model))
-    view.demanded[:] = asked
-    view.prior.mean[:], view.prior.covariance[:] = model.prior.mean, model.prior.covariance
-    view.x[:] = model.prior.mean + off * model.prior.std * rng.uniform(-1, 1, (n, model.n_x))
-    view.w[:] = off * rng.standard_normal((n - 1, model.n_w))
-    d = np.asarray(model.difference(view.x[0], model.prior.mean)).ravel()
-    rows = view.present * rng.uniform(row_scale, 1, view.present.shape)
-    noises = rng.uniform(1, noise_scale, view.w.shape)
-    return Linearised(view, d, Scales(rows, noises), asked)
-
-
-def run(window: Linearised, osqp: OsqpWindow) -> QpSolution:
-    return osqp.run(window.view, window.d, window.scales, window.demanded)
 
 
 CASES: dict[str, Any] = {
@@ -216,84 +163,6 @@ def test_constraints_that_contradict_each_other_at_an_instant() -> None:
     assert found.solved
     assert fresh.solved
     assert found.d == pytest.approx(fresh.d, abs=1e-9)
-
-
-def bounded_stream(n: int) -> tuple[StateSpaceModel, list[Measurement]]:
-    """A linear system with even steps and nothing missing: all windows have the same slopes."""
-    system = constant_acceleration_system(2)
-    rng = np.random.default_rng(8)
-    measurements = system.simulate(0.125 * np.arange(n), rng, missing=0.0)
-    lowest = min(m.y[0] for m in measurements)
-    return system.model.bounded(s0_m=(-np.inf, lowest)), measurements
-
-
-def test_the_factorisation_stays_where_only_vectors_change() -> None:
-    model, measurements = bounded_stream(N_STAGES + 3)
-    osqp, kept = OsqpWindow(model, N_STAGES), []
-    for k in range(3):
-        window = linearised(model, measurements[k : k + N_STAGES], seed=k)
-        found, fresh = run(window, osqp), run(window, OsqpWindow(model, N_STAGES))
-        kept.append(found.kept_factors)
-        std = np.sqrt(np.diag(found.newest))
-        assert np.abs((found.d - fresh.d) / std).max() < TOLERANCE
-        assert not fresh.kept_factors
-    assert kept == [False, True, True]
-    missing = [replace(m, y=np.where(k == 4, np.nan, m.y)) for k, m in enumerate(measurements)]
-    window = linearised(model, missing[:N_STAGES], seed=0)
-    found, fresh = run(window, osqp), run(window, OsqpWindow(model, N_STAGES))
-    assert not found.kept_factors
-    assert found.d == pytest.approx(fresh.d, abs=1e-9)
-
-
-def sliding(model: StateSpaceModel, measurements: list[Measurement]) -> list[Linearised]:
-    """The windows of a horizon that slides, with an EKF's priors, linearised at predictions."""
-    stage, prior, windows = KalmanStage(model), model.prior, []
-    for k in range(len(measurements) - N_STAGES + 1):
-        stages = measurements[k : k + N_STAGES]
-        at_prior = model.replace(prior=prior)
-        window = linearised(at_prior, stages, seed=k, off=0.0)
-        for i, dt in enumerate(np.diff(window.view.times)):
-            window.view.x[i + 1] = model.f(window.view.x[i], window.view.w[i], dt).full().ravel()
-        windows.append(window)
-        dt = stages[1].time_s - stages[0].time_s
-        prior = stage.predict(stage.update(prior, stages[0].y).state, dt).state
-    return windows
-
-
-def test_the_next_window_starts_from_the_last_optimum() -> None:
-    """Fewer iterations than from the trajectory, over a stream, and the same optimum."""
-    pen = pens.draw_pen_run(N_STAGES + 10, 3)
-    free = pens.pen_batch(pen.measurements).solve().states
-    model = pen.model.bounded(tip_z_m=(float(np.quantile(free[:, 2], 0.6)), np.inf))
-    warm, cold = OsqpWindow(model, N_STAGES), OsqpWindow(model, N_STAGES)
-    iterations = {"warm": 0, "cold": 0}
-    for k, window in enumerate(sliding(model, pen.measurements)):
-        cold.forget()
-        found, other = run(window, warm), run(window, cold)
-        std = np.sqrt(np.diag(found.newest))
-        assert np.abs((found.d - other.d) / std).max() < TOLERANCE
-        assert (found.multipliers > 0).any()
-        if k:
-            iterations["warm"] += found.iterations
-            iterations["cold"] += other.iterations
-    assert iterations["warm"] < 0.8 * iterations["cold"], iterations
-
-
-def test_an_instant_that_says_nothing_is_predicted() -> None:
-    """Then the last optimum, shifted, is the next one already: OSQP's first look will do."""
-    system, rng = coupled_system(3), np.random.default_rng(8)
-    times = 0.125 * np.arange(N_STAGES + 1)
-    measurements = system.simulate(times, rng, missing=0.0)
-    measurements[-1] = replace(measurements[-1], y=np.full(3, np.nan))
-    limit = float(np.quantile(linear_batch(system, measurements).solve().states[:-2, 0], 0.8))
-    model = system.model.constrained(lambda x: x[0] - limit, needs=["first_0"])
-    first, second = sliding(model, measurements)
-    osqp = OsqpWindow(model, N_STAGES)
-    before = run(first, osqp)
-    after = run(second, osqp)
-    assert (after.multipliers > 0).any()
-    assert after.multipliers[:-1] == pytest.approx(before.multipliers[1:], abs=1e-6)
-    assert after.iterations <= 5 < before.iterations
 
 
 def test_one_stage() -> None:

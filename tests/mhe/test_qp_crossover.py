@@ -14,7 +14,7 @@ from mhe.qp_crossover import crossed_over
 from models.arrays import Array
 from tests.mhe.bounded_cases import bounded_case
 from tests.mhe.bounded_windows import BoundedKey, bounded_window
-from tests.mhe.test_osqp_window import linearised, run
+from tests.mhe.linearised_windows import linearised, run
 from tests.references.least_distance import least_distance
 
 TOLERANCE = 1e-10
