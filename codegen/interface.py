@@ -82,19 +82,21 @@ def _constants(export: Exportable, precision: Precision) -> str:
 def _rebase(export: Exportable, prefix: str) -> str:
     """Return what keeps times of a few bits near zero."""
     memory, loop = export.loop.memory, export.loop
+    first, *_ = (memory.slices[name].start for name in INSTANTS if name in memory.shapes)
     spans = {
-        f"memory + {memory.slices[name].start}": memory.shapes[name]
+        f"memory[{memory.slices[name].start} + i]": math.prod(memory.shapes[name])
         for name in INSTANTS
         if name in memory.shapes
     }
     for group, values in loop.fields.items():
         if isinstance(values, Mapping):
-            for name, value in values.items():
-                if name in INSTANTS:
-                    spans[f"{loop.entry}_{group}_{name}"] = value.shape
-    first = next(memory.slices[name].start for name in INSTANTS if name in memory.shapes)
+            spans |= {
+                f"{loop.entry}_{group}_{name}[i]": values[name].size
+                for name in INSTANTS
+                if name in values
+            }
     shifts = [
-        f"    for (integer i = 0; i < {math.prod(shape)}; i++) ({array})[i] -= oldest;"
-        for array, shape in spans.items()
+        f"    for (integer i = 0; i < {size}; i++) {entry} -= oldest;"
+        for entry, size in spans.items()
     ]
-    return filled("rebase.c", prefix=prefix, first=str(first), shifts="\n".join(shifts)) + "\n"
+    return filled("rebase.c", prefix=prefix, first=str(first), shifts="\n".join(shifts))

@@ -11,7 +11,7 @@ SCRIPT = """
 import sys
 sys.path.insert(0, sys.argv[1])
 sys.argv = ["pen-mhe", *sys.argv[2:]]
-import models, estimation, ekf_baseline, classical_baseline, mhe, benchmark, pen_mhe
+import models, estimation, ekf_baseline, classical_baseline, mhe, codegen, benchmark, pen_mhe
 assert all(m.__file__.startswith(sys.path[0]) for m in (models, mhe, pen_mhe)), models.__file__
 from pen_mhe.cli import app
 app()
@@ -29,7 +29,7 @@ def test_the_wheel_works_elsewhere(tmp_path: Path) -> None:
     subprocess.run([*pip, "--target", str(site), str(wheel)], check=True)
     for room in (
         *("models", "estimation", "ekf_baseline", "classical_baseline"),
-        *("mhe", "benchmark", "pen_mhe"),
+        *("mhe", "codegen", "benchmark", "pen_mhe"),
     ):
         assert (site / room / "py.typed").is_file()
     call = [sys.executable, "-I", "-c", SCRIPT, str(site)]

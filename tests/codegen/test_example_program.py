@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from benchmark.registry import find_pen
 from benchmark.simulate import simulate_recording
+from codegen.example import headers
 from codegen.folder import export_files
 from models.pen import pen_model
 from pen_mhe.cli import app
@@ -77,8 +78,6 @@ def test_it_writes_what_estimate_writes(program: Path, tmp_path: Path) -> None:
 
 
 def test_headers_are_those_that_estimate_reads() -> None:
-    from codegen.example import headers
-
     pen = find_pen("reference")
     read = recording_columns(pen, {})
     for header, (place, factor) in headers(pen_model(pen, SENSORS)).items():

@@ -41,8 +41,15 @@ def numbers(values: np.ndarray) -> str:
     )
 
 
-@pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
-@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize(
+    ("name", "real"),
+    [
+        ("ekf", "double"),
+        ("ekf", "float"),
+        pytest.param("mhe-rti", "double", marks=pytest.mark.slow),
+        ("mhe-rti", "float"),
+    ],
+)
 def test_the_same_steps(name: str, real: str, tmp_path: Path) -> None:
     export = made(name, RUN.model, real, "root")
     measurements = disturbed(RUN.measurements)
