@@ -4,7 +4,7 @@ An operation is an instruction of a CasADi function that is neither an input, an
 a constant: a sum, a product, a root, a sine all count as one. Converting counts to g is the
 same for all and is left out. So are the plain loops around the models' functions (copies,
 inner products), and steps that a line search shortens: the models' counts are a little too
-small.
+small. Passes count as full ones: where factors stay (`mhe.reuse`), fewer are made.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Mapping
 import casadi as ca
 
 from estimation.kalman_stage import stage_functions
-from mhe.stage_functions import window_functions
+from mhe.stage_functions import spread_function, window_functions
 from models.state_space import StateSpaceModel
 
 FREE = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_PARAMETER)
@@ -49,7 +49,7 @@ def mhe_operations(model: StateSpaceModel, horizon: int, passes: float, searches
         + 2 * of["retract"] + of["move"] + of["regularity"]
     )  # fmt: skip
     forward = (n + 1) * of["update"] + n * (of["predict"] + of["difference"])
-    back = (n + 1) * of["smooth"] + n * of["retreat"]
+    back = (n + 1) * (of["smooth"] + of["spread"]) + n * of["retreat"]
     measured = (n + 1) * of["measure"] + n * of["shake"]
     if searches:
         tried = of["retract"] + n * of["move"] + measured
@@ -59,5 +59,5 @@ def mhe_operations(model: StateSpaceModel, horizon: int, passes: float, searches
 
 def _by_name(model: StateSpaceModel) -> Mapping[str, int]:
     stage = stage_functions(model)
-    functions = (*stage, *window_functions(model, *stage[:2]))
+    functions = (*stage, *window_functions(model, *stage[:2]), spread_function(model))
     return {function.name(): operations(function) for function in functions}

@@ -19,7 +19,7 @@ from classical_baseline.fixed_weight import FixedWeightConfig, run
 from estimation.estimator import run as drive
 from estimation.function_call import FunctionCall
 from estimation.kalman_stage import stage_functions
-from mhe.stage_functions import window_functions
+from mhe.stage_functions import spread_function, window_functions
 from models.turntable import turntable_model
 
 
@@ -80,7 +80,8 @@ def test_operations_are_those_that_are_called(
         passes = history.iterations[len(before) :].mean()
         expected = mhe_operations(model, horizon, passes, searches=estimator == "mhe")
     stage = stage_functions(model)
-    of = {f.name(): operations(f) for f in (*stage, *window_functions(model, *stage[:2]))}
+    functions = (*stage, *window_functions(model, *stage[:2]), spread_function(model))
+    of = {f.name(): operations(f) for f in functions}
     found = sum(of[name] * calls for name, calls in counted.items()) / steps
     # The interpreter brings back within a turn what C leaves alone, and regularity, one
     # operation here, is no call of its own there.
