@@ -26,10 +26,13 @@ import casadi as ca
 FLAGS = (
     *("-O2", "-march=native", "-ffp-contract=off", "-fno-math-errno"),
     *("-fno-semantic-interposition", "-fPIC", "-shared"),
+    *("-fno-tree-pre", "-fno-code-hoisting", "-Wno-ignored-optimization-argument"),
 )
 """No -ffast-math: it breaks NaN. No contraction, which would gain an eighth: machine code and
 CasADi's virtual machine then round alike, to the last bit. Without semantic interposition
-generated functions inline their own helpers, which saves a seventh."""
+generated functions inline their own helpers, which saves a seventh. No search for partial
+redundancies: straight-line code has next to none, and looking for them is half of the compiler's
+time (clang does not know these two options, and is told not to mind)."""
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
 """For C written by hand."""

@@ -19,7 +19,7 @@ from mhe.arrival_cost import ARRIVAL_COSTS, RELINEARISATION_LIMIT
 from mhe.config import MheConfig
 from mhe.deadline import Clock
 from mhe.descent import DESCENT
-from mhe.reuse import reuse_threshold
+from mhe.reuse import SETTLED, reuse_threshold
 from mhe.stage_functions import window_functions
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -86,6 +86,7 @@ def window_loop(
             **{f"ARRIVAL_{name}": i for i, name in enumerate(ARRIVAL_COSTS)},
             **(DESCENT if converges else {}),
             **ACTIVE_SET,
+            "SETTLED": SETTLED,
             "CONVERGES": int(converges),
         },
     )
@@ -153,7 +154,7 @@ def _work(
         "noise_scale": n_w,
     }
     single = {
-        **dict.fromkeys(("reached", "defect", "lambda", "lambda_hat", "spread"), n_x),
+        **dict.fromkeys(("reached", "defect", "lambda", "lambda_hat", "spread", "shift"), n_x),
         **dict.fromkeys(("d_minus_prior", "d_prior", "x_prior"), n_x),
         "P_prior": n_x * n_x,
         "v": n_r,
@@ -168,7 +169,7 @@ def _work(
     constrained = {
         **dict.fromkeys(("d_shift", "impulse"), n_stages * n_x),
         "e_shift": n_stages * n_r,
-        **dict.fromkeys(("shift", "d_pushed"), n_x),
+        "d_pushed": n_x,
         "e_pushed": n_r,
         "row_try": n_c,
         **dict.fromkeys(("row_g", "row_free", "row_value", "row_std", "is_held"), n_rows),

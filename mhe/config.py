@@ -39,8 +39,9 @@ class MheConfig:
         ``mhe-ipopt`` hands it to IPOPT as its longest wall time
     reuse_threshold : of ``mhe-rti``, in standard deviations: a stage whose estimate is so near
         to where it was linearised keeps its factors when the window slides, as long as all
-        older ones do; larger is faster and further from full passes, 0 makes every pass a
-        full one. None chooses by the model, see `mhe.reuse`
+        older ones do, and is not smoothed again until later readings move it by half of
+        that; larger is faster and further from full passes, 0 makes every pass a full one. None
+        chooses by the model, see `mhe.reuse`
     """
 
     horizon: int = 20

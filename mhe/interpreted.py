@@ -20,7 +20,7 @@ from mhe.config import MheConfig
 from mhe.deadline import Clock, Deadline
 from mhe.descent import MOST_TURNS, WOUND, Linearised, descend
 from mhe.interpreted_pass import BETWEEN_STAGES, PER_STAGE, Pass, Scales, View, WindowPass
-from mhe.reuse import reuse_threshold
+from mhe.reuse import SETTLED, reuse_threshold
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -139,8 +139,8 @@ class InterpretedWindow:
         """Whether a stage's estimate is so near its linearisation point that it keeps it."""
         return self._reuse > 0 and window.moved[k] <= self._reuse**2
 
-    def _choose_points(self, window: View) -> None:
-        """Choose what the next pass is linearised at; see mhe/window.c."""
+    def _choose_points(self, window: View) -> int:
+        """Choose what the next pass is linearised at; return how many stages keep their points."""
         k = 0
         while k + 1 < len(window.times) and self._is_kept(window, k):
             k += 1
@@ -149,6 +149,7 @@ class InterpretedWindow:
         if k == 0:
             [deviation] = self._pass.call["difference"](window.x_lin[0], window.prior.mean)
             window.prior_deviation[:] = -deviation
+        return k
 
     def _slide(self, given: Array, time_s: float, y: Array) -> Array:
         """Append an instant, without the oldest stage where the window is full."""
@@ -174,7 +175,9 @@ class InterpretedWindow:
             new.w[-1] = 0
             new.x[-1] = self._pass.call["move"](old.x[-1], new.w[-1], time_s - old.times[-1])[0]
         new.predicted[-1] = new.x[-1]
-        self._choose_points(new)
+        same_points = self._choose_points(new)
+        same_prior = not dropped or self._is_kept(old, 0)
+        new.stayed[...] = same_points if same_prior and self._pass.n_c == 0 else 0
         return memory
 
     def _arrive(self, window: View) -> tuple[GaussianState, Array]:
@@ -212,14 +215,16 @@ class InterpretedWindow:
         if self._config.has_losses:
             cost, scales = self._pass.measure(window, window.x, window.w)
         at = window.x_lin, window.w_lin
-        found = self._pass.run(window, -window.prior_deviation, scales, *at)
+        settled = SETTLED * self._reuse
+        found = self._pass.run(window, -window.prior_deviation, scales, *at, settled)
         if not (np.isfinite(found.length) and np.isfinite(cost)):
             return Solved(found.newest, found.covariances[-1], Status.NOT_FINITE, 1)
         self._deadline.note_pass(len(window.times), began)
         window.w[:] = found.w
-        for k, deviation in enumerate(found.d):
-            window.x[k] = self._pass.stage.retract(window.x_lin[k], deviation)
-        window.moved[:] = _moved(found) if self._reuse > 0 else np.inf
+        renewed = slice(found.oldest, None)
+        for k in range(len(window.times))[renewed]:
+            window.x[k] = self._pass.stage.retract(window.x_lin[k], found.d[k])
+        window.moved[renewed] = _moved(found)[renewed] if self._reuse > 0 else np.inf
         kkt = max(np.sqrt(found.length), self._largest_excess(window, found.row_std))
         return Solved(found.newest, found.covariances[-1], found.held.status, 1, kkt=kkt)
 

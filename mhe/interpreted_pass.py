@@ -18,7 +18,10 @@ from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
-PER_STAGE = ("times", "y", "present", "x", "x_lin", "moved", "active", "demanded", "predicted")
+PER_STAGE = (
+    *("times", "y", "present", "x", "x_lin", "moved", "costate", "away", "length"),
+    *("active", "demanded", "predicted"),
+)
 BETWEEN_STAGES = ("w", "w_lin")
 
 
@@ -32,11 +35,15 @@ class View:
     x: Array
     x_lin: Array
     moved: Array
+    costate: Array
+    away: Array
+    length: Array
     active: Array
     demanded: Array
     predicted: Array
     w: Array
     w_lin: Array
+    stayed: Array
     prior: GaussianState
     prior_deviation: Array
     newest: GaussianState
@@ -54,8 +61,8 @@ class View:
             )
             for part in ("prior", "newest")
         )
-        deviation = layout.view(memory, "prior_deviation")
-        return cls(**stages, prior=prior, prior_deviation=deviation, newest=newest)
+        stayed, deviation = (layout.view(memory, name) for name in ("stayed", "prior_deviation"))
+        return cls(**stages, stayed=stayed, prior=prior, prior_deviation=deviation, newest=newest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,27 +83,40 @@ class Forward:
 
 
 @dataclass(frozen=True, eq=False)
-class Pass:
+class Smoothed:
+    """What the pass back leaves.
+
+    Parameters
+    ----------
+    d : (n, n_x) deviations of the linearised window's optimum from the trajectory
+    mu, w : (n_x,), (n - 1, n_w) multiplier of its prior, x_0 = x̄ ⊞ P̄ μ, and its noises
+    length : squared length of the step in whitened units, without the prior's part; NaN
+        where the pass is not finite
+    oldest : where the pass ended; stages before this one have no new deviations, and their
+        noises are the window's
+    """
+
+    d: Array
+    mu: Array
+    w: Array
+    length: float
+    oldest: int
+
+
+@dataclass(frozen=True, eq=False)
+class Pass(Smoothed):
     """Result of a pass over a window.
 
     Parameters
     ----------
     newest : update of the newest stage
     covariances : (n, n_x, n_x) P⁺ of the stages
-    d : (n, n_x) deviations of the linearised window's optimum from the trajectory
-    mu, w : (n_x,), (n - 1, n_w) multiplier of its prior, x_0 = x̄ ⊞ P̄ μ, and its noises
-    length : squared length of the step in whitened units, without the prior's part; NaN
-        where the pass is not finite
     held : rows that hold it, and their multipliers
     row_std : (n, n_c) standard deviations of the rows
     """
 
     newest: Update
     covariances: Array
-    d: Array
-    mu: Array
-    w: Array
-    length: float
     held: Held
     row_std: Array
 
@@ -145,26 +165,31 @@ class WindowPass:
         scales: Scales,
         x: Array | None = None,
         w: Array | None = None,
+        settled: float | None = None,
     ) -> Pass:
         """Make a pass from x_0 = x̄ ⊞ d; mark the rows that hold its optimum as active.
 
         Parameters
         ----------
         x, w : what to linearise at; the window's trajectory by default
+        settled : where the pass back may end, see `_renew`; None goes back through all stages
         """
         x, w = window.x if x is None else x, window.w if w is None else w
         forward = self._forward(window, -d, scales, x, w)
-        d_s, mu, w_s, length = self._backward(window, forward, w)
+        if settled is None:
+            found = self._backward(window, forward, w)
+        else:
+            found = self._renew(window, forward, w, settled)
         held, row_std = Held(np.zeros(0), np.zeros(0, bool), Status.SOLVED), window.demanded
-        if self.n_c and np.isfinite(length):
-            held, row_std, C = self._held(window, forward, d_s, x)
+        if self.n_c and np.isfinite(found.length):
+            held, row_std, C = self._held(window, forward, found.d, x)
             window.active[:] = held.active.reshape(window.active.shape)
             if held.active.any():
                 impulses = np.einsum("kj,kij->ki", held.multipliers.reshape(row_std.shape), C)
-                d_s, mu, w_s, length = self._backward(window, forward, w, impulses)
+                found = self._backward(window, forward, w, impulses)
         newest = forward.updates[-1]
         squares = sum(float(update.e @ update.e) for update in forward.updates)
-        finite = np.isfinite(squares) and np.isfinite(length)
+        finite = np.isfinite(squares) and np.isfinite(found.length)
         if self._has_losses:  # told is the innovation itself, not its weighed share
             at = forward.predictions[-1].state if forward.predictions else window.prior
             deviation = forward.predictions[-1].deviation if forward.predictions else -d
@@ -174,8 +199,10 @@ class WindowPass:
             v, S = told.innovation, told.innovation_covariance
             newest = replace(newest, innovation=v, innovation_covariance=S)
         covariances = np.array([update.state.covariance for update in forward.updates])
-        length = length if finite else np.nan
-        return Pass(newest, covariances, d_s, mu, w_s, length, held, row_std)
+        found = found if finite else replace(found, length=np.nan)
+        return Pass(
+            **vars(found), newest=newest, covariances=covariances, held=held, row_std=row_std
+        )
 
     def roll_out(self, window: View, d: Array, w: Array) -> Array:
         """Return the states (n, n_x) that start at x̄ ⊞ d and are driven by w."""
@@ -209,8 +236,8 @@ class WindowPass:
 
     def _backward(
         self, window: View, forward: Forward, w: Array, impulses: Array | None = None
-    ) -> tuple[Array, Array, Array, float]:
-        """Bryson-Frazier back, with impulses (n, n_x) on the costates: d_s, μ, w_s, length."""
+    ) -> Smoothed:
+        """Bryson-Frazier back, with impulses (n, n_x) on the costates."""
         n, n_x = window.x.shape
         d_s, w_s, length = np.zeros((n, n_x)), np.zeros(w.shape), 0.0
         pushed = np.zeros((n, n_x)) if impulses is None else impulses
@@ -223,11 +250,44 @@ class WindowPass:
                 length += float((((w_s[k] - w[k]) / scale) ** 2).sum())
             lam_hat = lam_hat + pushed[k]
             u = forward.updates[k]
-            [spread] = self.call["spread"](u.state.covariance, lam_hat)
-            stored = u.deviation + d_shift[k], spread, lam_hat, u.W, u.e + e_shift[k], u.L, u.H
-            d_s[k], lam, part = self.call["smooth"](*stored)
-            length += float(part[0])
-        return d_s, -lam, w_s, length
+            shifted = u.deviation + d_shift[k], u.e + e_shift[k]
+            d_s[k], lam, part = self._smooth(u, lam_hat, *shifted)
+            length += part
+        return Smoothed(d_s, -lam, w_s, length, 0)
+
+    def _renew(self, window: View, forward: Forward, w: Array, settled: float) -> Smoothed:
+        """Go back to the first stage without news; see mhe/one_pass.c.
+
+        Parameters
+        ----------
+        settled : how far, in standard deviations, a stage may be off that is not gone back to
+        """
+        n, n_x = window.x.shape
+        d_s, w_s, oldest = np.zeros((n, n_x)), window.w.copy(), 0
+        lam, lam_hat = np.zeros(n_x), np.zeros(n_x)
+        for k in reversed(range(n)):
+            if k < n - 1:
+                ahead, scale = forward.predictions[k], forward.noises[k]
+                lam_hat, w_s[k] = self.call["retreat"](lam, ahead.F, ahead.G, scale)
+            u = forward.updates[k]
+            if k < window.stayed:
+                shift = lam_hat - window.costate[k]
+                moves = np.sqrt(max(shift @ u.state.covariance @ shift, 0.0))
+                if moves + window.away[:k].sum() <= settled:
+                    window.away[k], oldest = moves, k + 1
+                    break
+            window.costate[k], window.away[k] = lam_hat, 0
+            d_s[k], lam, window.length[k] = self._smooth(u, lam_hat, u.deviation, u.e)
+        noise = (((w_s - w) / forward.noises) ** 2).sum()
+        return Smoothed(d_s, -lam, w_s, float(window.length.sum() + noise), oldest)
+
+    def _smooth(
+        self, u: Update, lam_hat: Array, deviation: Array, e: Array
+    ) -> tuple[Array, Array, float]:
+        """Return the smoothed deviation of a stage, λ in front of it, its readings' length."""
+        [spread] = self.call["spread"](u.state.covariance, lam_hat)
+        d_s, lam, part = self.call["smooth"](deviation, spread, lam_hat, u.W, e, u.L, u.H)
+        return d_s, lam, float(part[0])
 
     def _pushed(self, forward: Forward, impulses: Array) -> tuple[Array, Array]:
         """Return what impulses change in δ⁺ (n, n_x), before their own stage's, and in e."""

@@ -1,4 +1,10 @@
-/* Real-time iteration: one pass, and its full step. Behind mhe/active_set.c. */
+/* Real-time iteration: one pass, and its full step. Behind mhe/active_set.c.
+ *
+ * The pass back ends where there is no news. A stage that keeps its factors has been smoothed with
+ * them before, and `costate` in the state is the λ̂ that did it: later readings move it by
+ * -P⁺ (λ̂ - λ̂ before). Measured in variances P⁺ that only shrinks further back, so where a stage
+ * moves by next to nothing it and all before it stay as they are. `away` is how far it then would
+ * have moved; an older stage has the sum of it over the stages from itself on at most. */
 
 /* The largest squared deviation of a stage from its linearisation point, in variances that its
  * readings up to then leave. */
@@ -14,6 +20,45 @@ static real moved_by(const Window *s, integer k, const real *d_s)
     return most;
 }
 
+/* How far λ̂, instead of the one before, moves stage k, in standard deviations. */
+static real news(const Window *s, integer k, const real *before)
+{
+    const Work *o = &s->work;
+    const integer n_x = s->model.n_x;
+    for (integer i = 0; i < n_x; i++) o->shift[i] = o->lambda_hat[i] - before[i];
+    spread(&s->model, SLOT(o->P_plus, k, n_x * n_x), o->shift, o->spread);
+    return sqrt(fmax(dot(o->shift, o->spread, n_x), 0));
+}
+
+/* The pass back, to the first stage without news. Returns the oldest stage that it smoothed; noises are
+ * written into `w_s`, costates and squared lengths of the readings' steps into the state. */
+static integer renew(const Window *s, real *memory, const real *noise_scale, real *w_s)
+{
+    const Work *o = &s->work;
+    const Memory *at = &s->memory;
+    const integer count = (integer)memory[at->count], stayed = (integer)memory[at->stayed];
+    const integer n_x = s->model.n_x, n_w = s->model.n_w;
+    real *costate = memory + at->costate, *length = memory + at->length, *away = memory + at->away;
+    real older = 0;
+    for (integer k = 0; k < stayed; k++) older += away[k];
+    memset(o->lambda_hat, 0, (size_t)n_x * sizeof(real));
+    for (integer k = count - 1; k >= 0; k--) {
+        if (k < count - 1) retreat(s, k, o->lambda, noise_scale, o->lambda_hat, STAGE(w_s, k, n_w));
+        if (k < stayed) {
+            const real moves = news(s, k, STAGE(costate, k, n_x));
+            older -= away[k];
+            if (moves + older <= SETTLED * s->reuse) {
+                away[k] = moves;
+                return k + 1;
+            }
+        }
+        away[k] = 0;
+        copy(STAGE(costate, k, n_x), o->lambda_hat, n_x);
+        length[k] = smooth_stage(s, k, FREE);
+    }
+    return 0;
+}
+
 /* The linearised window's optimum becomes the trajectory. Stages whose estimate is near their
  * linearisation point keep it; see `slide`. */
 static integer one_pass(const Window *s, real *memory, Solved *solved)
@@ -21,11 +66,11 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     const Model *m = &s->model;
     const Work *o = &s->work;
     const Memory *at = &s->memory;
-    const integer count = (integer)memory[at->count], n_x = m->n_x;
-    real *x = memory + at->x, *w = memory + at->w, *moved = memory + at->moved;
+    const integer count = (integer)memory[at->count], n_x = m->n_x, n_w = m->n_w;
+    real *x = memory + at->x, *w = memory + at->w, *moved = memory + at->moved, *w_s = o->g + n_x;
     const real *x_lin = memory + at->x_lin, *w_lin = memory + at->w_lin;
     const real *row_scale = memory + at->present, *noise_scale = o->unit_noises;
-    real readings = 0;
+    real readings = 0, length = 0;
     integer status = 0, held = 0;
     int changed = 0;
     const double began = now(s);
@@ -36,19 +81,23 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     }
     const real *deviation = memory + at->prior_deviation;
     const real squares = forward(s, memory, deviation, x_lin, w_lin, row_scale, noise_scale, 0);
-    real length = backward(s, memory, w_lin, noise_scale, FREE, o->g);
+    const integer from = renew(s, memory, noise_scale, w_s);
+    const integer before = from > 0 ? from - 1 : 0; /* the noise that leads to `from` is new too */
+    copy(w_s, w, before * n_w);
+    for (integer k = 0; k < count; k++) length += memory[at->length + k];
+    length += noise_length(s, w_s, w_lin, noise_scale, count - 1);
     solved->passes = 1;
     if (!isfinite(readings) || !isfinite(squares) || !isfinite(length)) return STATUS_NOT_FINITE;
     if (s->n_c > 0) {
         constrain(s, memory, x_lin);
         status = meet_constraints(s, memory, w_lin, noise_scale, &length, o->g, &held, &changed);
     }
-    for (integer k = 0; k < count; k++) {
+    for (integer k = from; k < count; k++) {
         const real *d_s = STAGE(o->d_s, k, n_x);
         retract(m, STAGE(x_lin, k, n_x), d_s, STAGE(x, k, n_x));
         moved[k] = s->reuse > 0 ? moved_by(s, k, d_s) : INFINITY;
     }
-    copy(w, o->g + n_x, (count - 1) * m->n_w);
+    copy(w, w_s, (count - 1) * n_w);
     note_pass(s, count, began);
     solved->kkt = sqrt(length);
     if (s->n_c > 0)

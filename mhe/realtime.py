@@ -59,9 +59,11 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
 
     ``x_lin`` and ``w_lin`` are what the last pass was linearised at, ``moved`` the largest
     squared deviation from there in variances, ``active`` and ``demanded`` marks of the rows of
-    `mhe.constraint_rows`. ``prior_deviation`` is that of the prior's mean from ``x_lin``,
-    ``predicted`` x_k|k-1 of each stage when it was the newest, ``newest_mean`` and
-    ``newest_covariance`` the last estimate.
+    `mhe.constraint_rows`. ``costate`` is λ̂ that smoothed each stage, ``away`` how far later
+    readings would have moved it, ``length`` its share of the squared length of the last step;
+    the first ``stayed`` stages have the factors that they were smoothed with.
+    ``prior_deviation`` is that of the prior's mean from ``x_lin``, ``predicted`` x_k|k-1 of each
+    stage when it was the newest, ``newest_mean`` and ``newest_covariance`` the last estimate.
     """
     n_x, n_w, n_c = model.n_x, model.n_w, constraint_rows.count(model)
     return Layout(
@@ -76,6 +78,10 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
             "x_lin": (n_stages, n_x),
             "w_lin": (n_stages - 1, n_w),
             "moved": (n_stages,),
+            "costate": (n_stages, n_x),
+            "away": (n_stages,),
+            "length": (n_stages,),
+            "stayed": (),
             "active": (n_stages, n_c),
             "demanded": (n_stages, n_c),
             "predicted": (n_stages, n_x),

@@ -63,48 +63,64 @@ static void release_rows(const Window *s, integer k, real *lambda_hat)
 }
 #endif
 
-/* Smoothed deviations d_s and, in `g`, the linearised optimum (μ, w_0, w_1, …), with the
- * impulses where it is PUSHED, through the rows that stages were conditioned on where these are
- * HELD. Returns the squared length of the step from w in units of the
- * whitened problem, without the prior's part. */
-static real backward(const Window *s, const real *memory, const real *w, const real *noise_scale,
-                     int rows, real *g)
+/* Squared length of a step of noises. */
+static real noise_length(const Window *s, const real *w_s, const real *w, const real *noise_scale,
+                         integer count)
+{
+    real length = 0;
+    for (integer i = 0; i < count * s->model.n_w; i++) {
+        const real step = (w_s[i] - w[i]) / noise_scale[i];
+        length += step * step;
+    }
+    return length;
+}
+
+/* Smoothed deviation d_s of stage k, and λ in front of it, from λ̂. Returns the squared length of
+ * its readings' step. */
+static real smooth_stage(const Window *s, integer k, int rows)
 {
     const Model *m = &s->model;
     const Work *o = &s->work;
-    const integer count = (integer)memory[s->memory.count], n_x = m->n_x, n_r = m->n_r;
-    const integer n_w = m->n_w;
-    real length = 0, part = 0;
+    const integer n_x = m->n_x, n_r = m->n_r;
+    const real *d_plus = SLOT(o->d_plus, k, n_x), *e = SLOT(o->e, k, n_r);
+    real length = 0;
+    if (rows == PUSHED) {
+        for (integer i = 0; i < n_x; i++) {
+            o->lambda_hat[i] += STAGE(o->impulse, k, n_x)[i];
+            o->d_pushed[i] = d_plus[i] + STAGE(o->d_shift, k, n_x)[i];
+        }
+        for (integer i = 0; i < n_r; i++) o->e_pushed[i] = e[i] + STAGE(o->e_shift, k, n_r)[i];
+        d_plus = o->d_pushed;
+        e = o->e_pushed;
+    }
+    spread(m, SLOT(o->P_plus, k, n_x * n_x), o->lambda_hat, o->spread);
+#if CONVERGES
+    if (rows == HELD) release_rows(s, k, o->lambda_hat);
+#endif
+    const real *stage[] = {d_plus, o->spread, o->lambda_hat, SLOT(o->W, k, n_x * n_r), e,
+                           SLOT(o->L, k, s->nnz_L), SLOT(o->H, k, s->nnz_H)};
+    real *smoothed[] = {STAGE(o->d_s, k, n_x), o->lambda, &length};
+    s->smooth(stage, smoothed, 0, 0, 0);
+    return length;
+}
+
+/* Smoothed deviations d_s and, in `g`, the linearised optimum (μ, w_0, w_1, …), with the
+ * impulses where it is PUSHED, through the rows that stages were conditioned on where these are
+ * HELD. Returns the squared length of the step from w in units of the whitened problem, without
+ * the prior's part. */
+static real backward(const Window *s, const real *memory, const real *w, const real *noise_scale,
+                     int rows, real *g)
+{
+    const Work *o = &s->work;
+    const integer count = (integer)memory[s->memory.count];
+    const integer n_x = s->model.n_x, n_w = s->model.n_w;
+    real length = 0;
     memset(o->lambda_hat, 0, (size_t)n_x * sizeof(real));
     for (integer k = count - 1; k >= 0; k--) {
-        const real *d_plus = SLOT(o->d_plus, k, n_x), *e = SLOT(o->e, k, n_r);
-        if (k < count - 1) {
-            real *w_s = STAGE(g + n_x, k, n_w);
-            retreat(s, k, o->lambda, noise_scale, o->lambda_hat, w_s);
-            for (integer i = 0; i < n_w; i++) {
-                const real step = (w_s[i] - w[k * n_w + i]) / noise_scale[k * n_w + i];
-                length += step * step;
-            }
-        }
-        if (rows == PUSHED) {
-            for (integer i = 0; i < n_x; i++) {
-                o->lambda_hat[i] += STAGE(o->impulse, k, n_x)[i];
-                o->d_pushed[i] = d_plus[i] + STAGE(o->d_shift, k, n_x)[i];
-            }
-            for (integer i = 0; i < n_r; i++) o->e_pushed[i] = e[i] + STAGE(o->e_shift, k, n_r)[i];
-            d_plus = o->d_pushed;
-            e = o->e_pushed;
-        }
-        spread(m, SLOT(o->P_plus, k, n_x * n_x), o->lambda_hat, o->spread);
-#if CONVERGES
-        if (rows == HELD) release_rows(s, k, o->lambda_hat);
-#endif
-        const real *stage[] = {d_plus, o->spread, o->lambda_hat, SLOT(o->W, k, n_x * n_r), e,
-                               SLOT(o->L, k, s->nnz_L), SLOT(o->H, k, s->nnz_H)};
-        real *smoothed[] = {STAGE(o->d_s, k, n_x), o->lambda, &part};
-        s->smooth(stage, smoothed, 0, 0, 0);
-        length += part;
+        if (k < count - 1)
+            retreat(s, k, o->lambda, noise_scale, o->lambda_hat, STAGE(g + n_x, k, n_w));
+        length += smooth_stage(s, k, rows);
     }
     for (integer i = 0; i < n_x; i++) g[i] = -o->lambda[i];
-    return length;
+    return length + noise_length(s, g + n_x, w, noise_scale, count - 1);
 }

@@ -83,8 +83,8 @@ static void arrive(const Window *s, const real *given, real *memory)
 
 /* Linearisation points of the next pass: stages from the oldest keep theirs until the first that
  * has moved; from there on all take their present estimates, for one moved stage changes the
- * factors of all behind it. */
-static void choose_points(const Window *s, real *memory)
+ * factors of all behind it. Returns how many keep theirs. */
+static integer choose_points(const Window *s, real *memory)
 {
     const Memory *at = &s->memory;
     const integer count = (integer)memory[at->count], n_x = s->model.n_x, n_w = s->model.n_w;
@@ -95,9 +95,10 @@ static void choose_points(const Window *s, real *memory)
     const integer step = k > 0 ? k - 1 : 0; /* the noise that leads to stage k goes with it */
     copy(STAGE(memory + at->w_lin, step, n_w), STAGE(memory + at->w, step, n_w),
          (count - 1 - step) * n_w);
-    if (k > 0) return;
+    if (k > 0) return k;
     difference(s, x_lin, memory + at->prior_mean, deviation);
     for (integer i = 0; i < n_x; i++) deviation[i] = -deviation[i];
+    return 0;
 }
 
 /* Copy `given` to `memory`, without its oldest stage where the window is full, and append
@@ -111,8 +112,9 @@ static void slide(const Window *s, const real *given, real *memory, real time, c
     const integer kept = before - drop;
     const struct { integer at, width, less; } blocks[] = {
         {at->times, 1, 0},   {at->y, n_y, 0},       {at->present, n_r, 0}, {at->x, n_x, 0},
-        {at->x_lin, n_x, 0}, {at->moved, 1, 0},     {at->w, n_w, 1},       {at->w_lin, n_w, 1},
-        {at->active, n_c, 0}, {at->demanded, n_c, 0}, {at->predicted, n_x, 0}};
+        {at->x_lin, n_x, 0}, {at->moved, 1, 0},     {at->costate, n_x, 0}, {at->away, 1, 0},
+        {at->length, 1, 0},  {at->w, n_w, 1},       {at->w_lin, n_w, 1},   {at->active, n_c, 0},
+        {at->demanded, n_c, 0}, {at->predicted, n_x, 0}};
     for (size_t b = 0; b < sizeof blocks / sizeof *blocks; b++)
         if (kept > blocks[b].less)
             copy(memory + blocks[b].at, given + blocks[b].at + drop * blocks[b].width,
@@ -142,7 +144,9 @@ static void slide(const Window *s, const real *given, real *memory, real time, c
              time - given[at->times + before - 1], newest);
     }
     copy(STAGE(memory + at->predicted, kept, n_x), newest, n_x);
-    choose_points(s, memory);
+    const integer same_points = choose_points(s, memory);
+    const int same_prior = !drop || is_kept(s, given, 0);
+    memory[at->stayed] = n_c == 0 && same_prior ? (real)same_points : 0;
 }
 
 /* The last rung: the newest state as predicted from the last estimate, in no time. */

@@ -11,8 +11,8 @@ from benchmark.registry import find_pen
 from ekf_baseline.ekf import Ekf
 from estimation.recording import Measurement
 from mhe.config import MheConfig
-from mhe.realtime import MheRti
-from mhe.reuse import reuse_threshold
+from mhe.realtime import Mhe, MheRti
+from mhe.reuse import SETTLED, reuse_threshold
 from models.pen import pen_model
 from models.turntable import paper_turntable, turntable_model
 from tests.closeness import covariance_error, estimate_error, mean_error
@@ -86,6 +86,10 @@ def test_both_engines_choose_the_same_stages(threshold: float, arrival_cost: str
     reused = 0
     for a, b in zip(steps(machine, RUN.measurements), steps(plain, RUN.measurements), strict=True):
         assert estimate_error(RUN.model, a, b) < 1e-10
+        assert a.window is not None
+        assert b.window is not None
+        np.testing.assert_allclose(a.window.states, b.window.states, rtol=1e-9, atol=1e-9)
+        assert a.kkt_residual == pytest.approx(b.kkt_residual, rel=1e-6, abs=1e-9)
         reused += a.reused_stages
     assert reused > 0
 
@@ -100,6 +104,27 @@ def test_a_linear_model_is_solved_exactly(threshold: float) -> None:
         std = np.sqrt(np.diag(wanted.covariance))
         assert np.abs((estimate.state.mean - wanted.mean) / std).max() < 1e-10
     assert sum(estimate.reused_stages for estimate in estimates) > 20
+
+
+@pytest.mark.parametrize("threshold", [0.1, 0.5, 2.0])
+def test_stages_without_news_are_near_the_smoother(threshold: float) -> None:
+    """The pass back ends early: what it leaves is off by less than a share of the threshold.
+
+    Distances are those of the filter's covariance at each stage.
+    """
+    system, rng = coupled_system(5), np.random.default_rng(6)
+    measurements = system.simulate(irregular_times(60, rng), rng, missing=0.3)
+    filtered = system.textbook(measurements)
+    kept = steps(MheRti(system.model, MheConfig(15, reuse_threshold=threshold)), measurements)
+    smoothed = steps(Mhe(system.model, MheConfig(15)), measurements)
+    distances = []
+    for n, (a, b) in enumerate(zip(kept, smoothed, strict=True), start=1):
+        assert a.window is not None
+        assert b.window is not None
+        stages = filtered[n - len(a.window.states) : n]
+        for away, stage in zip(a.window.states - b.window.states, stages, strict=True):
+            distances.append(np.sqrt(away @ np.linalg.solve(stage.covariance, away)))
+    assert 1e-3 * threshold < max(distances) < SETTLED * threshold
 
 
 @pytest.mark.parametrize(
