@@ -38,7 +38,7 @@ def _ekf(model: StateSpaceModel, config: EkfConfig) -> tuple[Loop, Array]:
 
 def _mhe_rti(model: StateSpaceModel, config: MheConfig) -> tuple[Loop, Array]:
     memory = window_memory(model, config.horizon + 1)
-    loop = window_loop(model, config, memory, iterates=False, converges=False)
+    loop = window_loop(model, config, memory, iterates=False, whole=False)
     prior = diffuse(model.prior) if config.arrival_cost == "none" else model.prior
     start = np.zeros(memory.size)
     for part in ("prior", "newest"):

@@ -28,6 +28,11 @@ PASS_SOURCES = (
     *("trajectory.c", "factors.c", "smoother.c", "active_set.c", "deadline.c", "one_pass.c"),
 )
 DESCENT_SOURCE, WINDOW_SOURCE = "descent.c", "window.c"
+FUNCTIONS_OF: Mapping[str, tuple[str, ...]] = {
+    "CONSTRAINED": ("constrain", "propagate", "absorb"),
+    "LOSSES": ("measure", "shake"),
+}
+"""Part of the loop, as C knows it → the generated functions that only it calls."""
 
 
 def window_loop(
@@ -35,7 +40,7 @@ def window_loop(
     config: MheConfig,
     memory: Layout,
     iterates: bool,
-    converges: bool = True,
+    whole: bool = True,
     clock: int = 0,
 ) -> Loop:
     """Return the loop of the real-time estimators; see `mhe.realtime`.
@@ -44,26 +49,37 @@ def window_loop(
     ----------
     memory : see `mhe.realtime.window_memory`
     iterates : passes to convergence, or one pass a sample
-    converges : with what it takes to converge on a window; one pass a sample can do without
+    whole : with what other models and settings use, so that one compiled loop serves them all;
+        False leaves out what this one does not need
     clock : address of a C function that returns seconds; 0 is the machine's own
     """
     predict, update, *small = stage_functions(model)
     window = window_functions(model, predict, update)
     n_stages, n_c = config.horizon + 1, constraint_rows.count(model)
     most = most_active(n_stages, n_c)
-    sources = (*PASS_SOURCES, *([DESCENT_SOURCE] if converges else []), WINDOW_SOURCE)
+    parts = {
+        "CONVERGES": whole or iterates,
+        "CONSTRAINED": whole or n_c > 0,
+        "LOSSES": whole or config.has_losses,
+        "TIMED": whole or config.deadline_s is not None,
+    }
+    left_out = {name for part, names in FUNCTIONS_OF.items() if not parts[part] for name in names}
+    needed = [function for function in window if function.name() not in left_out]
+    descent = [DESCENT_SOURCE] if parts["CONVERGES"] else []
+    sources = (*PASS_SOURCES, *descent, WINDOW_SOURCE)
     return Loop(
         sources=[Path(__file__).with_name(name) for name in sources],
         entry="window",
         memory=memory,
-        functions=[[predict], [update], small, window],
+        functions=[[predict], [update], small, needed],
         fields={
-            "work": _work(model, n_stages, predict, update, most, converges),
+            "work": _work(model, n_stages, predict, update, most, parts["CONVERGES"]),
             "nnz_F": predict.nnz_out("F"),
             "nnz_G": predict.nnz_out("G"),
             "nnz_H": update.nnz_out("H"),
             "nnz_L": update.nnz_out("L"),
-            **{f.name(): f.name() for f in window},
+            **{f.name(): f.name() for f in needed},
+            **{name: ctypes.c_void_p(0) for name in sorted(left_out)},
             "huber": config.thresholds([sensor.name for sensor in model.sensors]),
             "huber_noise": float(config.noise_threshold),
             "has_losses": config.has_losses,
@@ -84,10 +100,10 @@ def window_loop(
         },
         constants={
             **{f"ARRIVAL_{name}": i for i, name in enumerate(ARRIVAL_COSTS)},
-            **(DESCENT if converges else {}),
+            **(DESCENT if parts["CONVERGES"] else {}),
             **ACTIVE_SET,
             "SETTLED": SETTLED,
-            "CONVERGES": int(converges),
+            **{part: int(is_in) for part, is_in in parts.items()},
         },
     )
 
@@ -140,7 +156,6 @@ def _work(
         "at_w": n_w,
         "at_noises": n_w,
         "d_minus": n_x,
-        "P_minus": n_x * n_x,
         "d_plus": n_x,
         "P_plus": n_x * n_x,
         "W": n_x * n_r,
@@ -156,7 +171,7 @@ def _work(
     single = {
         **dict.fromkeys(("reached", "defect", "lambda", "lambda_hat", "spread", "shift"), n_x),
         **dict.fromkeys(("d_minus_prior", "d_prior", "x_prior"), n_x),
-        "P_prior": n_x * n_x,
+        **dict.fromkeys(("P_prior", "P_first", "P_minus"), n_x * n_x),
         "v": n_r,
         "S": n_r * n_r,
         "no_noise": n_w,

@@ -2,15 +2,17 @@
 
 The rungs of a step, each an answer:
 
-1. the prediction (`Status.PREDICTED`), where not even one pass would end in time;
-2. one pass (`Status.TIME_LIMIT` for ``mhe``, solved for ``mhe-rti``, which makes no more);
-3. more passes, until converged (solved) or until another would be late (`Status.TIME_LIMIT`);
+1. the prediction (`Status.PREDICTED`), where no pass would end in time;
+2. for ``mhe-rti`` with kept factors, a pass that makes those of the newest stages only, as many
+   as there is time for: older ones keep theirs, moved or not (`Status.TIME_LIMIT`);
+3. one pass (`Status.TIME_LIMIT` for ``mhe``, solved for ``mhe-rti``, which makes no more);
+4. more passes, until converged (solved) or until another would be late (`Status.TIME_LIMIT`);
    ``iterations`` counts them.
 
 Before every pass the clock is asked whether one more would end in time, going by how long passes
-took of late: their running mean per stage, and half as much again for safety. A single longer one
-(the processor was elsewhere) counts as twice the mean, the next in a row as four times, and so
-on. mhe/deadline.c is the same in C.
+took of late: their running mean per stage whose factors are made, and half as much again for
+safety. A single longer one (the processor was elsewhere) counts as twice the mean, the next in a
+row as four times, and so on. mhe/deadline.c is the same in C.
 """
 
 from __future__ import annotations
@@ -24,6 +26,8 @@ NEWEST_SHARE = 0.1
 LARGEST = 2.0
 SAFETY = 1.5
 HOPE = 0.95
+BESIDE = 2
+"""Stages: what a pass takes beside its factors."""
 
 
 class Deadline:
@@ -49,17 +53,23 @@ class Deadline:
         """Seconds since the step began."""
         return self.now() - self._start
 
-    def is_late(self, n_stages: int) -> bool:
-        """Return whether a pass over so many stages would end behind the deadline."""
-        if self._limit_s is None:
-            return False
-        return self.passed_s + SAFETY * self._mean * n_stages > self._limit_s
+    def affordable(self, n_stages: int) -> int:
+        """Return of how many of the stages a pass can make the factors in time.
 
-    def note_pass(self, n_stages: int, began: float) -> None:
+        Below 1 it is none of them.
+        """
+        if self._limit_s is None:
+            return n_stages
+        left, each = self._limit_s - self.passed_s, SAFETY * self._mean
+        if left < 0:
+            return 0
+        return n_stages if left >= each * (n_stages + BESIDE) else int(left / each) - BESIDE
+
+    def note_pass(self, n_made: int, began: float) -> None:
         """Remember how long a pass took."""
         if self._limit_s is None:
             return
-        took = (self.now() - began) / n_stages
+        took = (self.now() - began) / (n_made + BESIDE)
         allowed = LARGEST * self._allowed
         counted = min(took, allowed * self._mean)
         self._allowed = allowed if took > allowed * self._mean else 1.0

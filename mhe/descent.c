@@ -162,7 +162,7 @@ static void take(const Window *s, real *memory, integer n_noises)
 }
 
 /* Gauss-Newton passes to convergence; see mhe/descent.py. Writes trajectory and cost, and counts
- * passes on; stops before a pass that `is_late` would see end too late. */
+ * passes on; stops before a pass that would end too late. */
 static integer descend(const Window *s, real *memory, double start, Solved *solved)
 {
     const Model *m = &s->model;
@@ -199,7 +199,7 @@ static integer descend(const Window *s, real *memory, double start, Solved *solv
 
         if (settling && !(length < base)) { /* the cost cannot tell, the step's length can */
             const int over = limited ? STATUS_ITERATION_LIMIT
-                                     : is_late(s, count, start) ? STATUS_TIME_LIMIT : 0;
+                                     : affordable(s, start) < count ? STATUS_TIME_LIMIT : 0;
             alpha = accelerated ? 1 : alpha / 2;
             accelerated = 0;
             part_way(o, alpha, n_z);
@@ -263,7 +263,7 @@ static integer descend(const Window *s, real *memory, double start, Solved *solv
         note_pass(s, count, began);
         if (failed) return failed;
         if (limited) return STATUS_ITERATION_LIMIT;
-        if (is_late(s, count, start)) return STATUS_TIME_LIMIT;
+        if (affordable(s, start) < count) return STATUS_TIME_LIMIT;
         real *swap = row_scale;
         row_scale = row_scale_try, row_scale_try = swap;
         swap = noise_scale, noise_scale = noise_scale_try, noise_scale_try = swap;

@@ -3,7 +3,8 @@
  * Its factors stay in the workspace. Where the next window's oldest stages have the same
  * readings, linearisation points and prior, to the last bit, their factors are those of
  * the last pass and are not made again: what a pass says is the same either way. A slide moves no
- * factors: stage k stands in slot (oldest slot + k), around a ring. */
+ * factors: stage k stands in slot (oldest slot + k), around a ring. Of the covariances P⁻ only the
+ * oldest stage's, the prior's, is kept: `leave` says how it goes on to the next. */
 
 #define OLDEST_SLOT 0
 #define MADE 1
@@ -21,33 +22,67 @@ static inline int same(const real *a, const real *b, integer n)
     return memcmp(a, b, (size_t)n * sizeof(real)) == 0;
 }
 
+/* Whether the factors of the oldest stage are made of its prior. */
+static int has_prior(const Window *s, const real *deviation, const real *P)
+{
+    const Work *o = &s->work;
+    const integer n_x = s->model.n_x;
+    return o->ring[MADE] > 0 && same(SLOT(o->d_minus, 0, n_x), deviation, n_x)
+           && same(o->P_first, P, n_x * n_x);
+}
+
+/* Whether the factors of a stage are made of its time, point, readings and their scales. */
+static int has_readings(const Window *s, integer k, const real *memory, const real *x,
+                        const real *row_scale)
+{
+    const Model *m = &s->model;
+    const Work *o = &s->work;
+    const integer n_x = m->n_x, n_y = m->n_y, n_r = m->n_r;
+    return *SLOT(o->at_time, k, 1) == memory[s->memory.times + k]
+           && same(SLOT(o->at_x, k, n_x), STAGE(x, k, n_x), n_x)
+           && same(SLOT(o->at_y, k, n_y), STAGE(memory + s->memory.y, k, n_y), n_y)
+           && same(SLOT(o->at_rows, k, n_r), STAGE(row_scale, k, n_r), n_r);
+}
+
+/* Whether the factors of a stage are made of the noises that lead to it. */
+static int has_noises(const Window *s, integer k, const real *w, const real *noise_scale)
+{
+    const Work *o = &s->work;
+    const integer n_w = s->model.n_w;
+    return same(SLOT(o->at_w, k, n_w), STAGE(w, k - 1, n_w), n_w)
+           && same(SLOT(o->at_noises, k, n_w), STAGE(noise_scale, k - 1, n_w), n_w);
+}
+
 /* How many stages, from the oldest, have factors of what they are made of now. */
 static integer unchanged(const Window *s, const real *memory, const real *deviation,
                          const real *x, const real *w, const real *row_scale,
                          const real *noise_scale)
 {
-    const Model *m = &s->model;
-    const Work *o = &s->work;
-    const real *times = memory + s->memory.times, *y = memory + s->memory.y;
-    const integer count = (integer)memory[s->memory.count], n_x = m->n_x, n_w = m->n_w;
-    if (o->ring[MADE] > 1 && *SLOT(o->at_time, 0, 1) < times[0]) {
-        o->ring[OLDEST_SLOT] = slot(s, 1);
-        o->ring[MADE]--;
-    }
-    if (o->ring[MADE] == 0 || !same(SLOT(o->d_minus, 0, n_x), deviation, n_x)
-        || !same(SLOT(o->P_minus, 0, n_x * n_x), memory + s->memory.prior_covariance, n_x * n_x))
-        return 0;
+    const integer count = (integer)memory[s->memory.count], made = s->work.ring[MADE];
     integer k = 0;
-    for (; k < count && k < o->ring[MADE]; k++) {
-        if (*SLOT(o->at_time, k, 1) != times[k]) break;
-        if (!same(SLOT(o->at_x, k, n_x), STAGE(x, k, n_x), n_x)) break;
-        if (!same(SLOT(o->at_y, k, m->n_y), STAGE(y, k, m->n_y), m->n_y)) break;
-        if (!same(SLOT(o->at_rows, k, m->n_r), STAGE(row_scale, k, m->n_r), m->n_r)) break;
-        if (k == 0) continue;
-        if (!same(SLOT(o->at_w, k, n_w), STAGE(w, k - 1, n_w), n_w)) break;
-        if (!same(SLOT(o->at_noises, k, n_w), STAGE(noise_scale, k - 1, n_w), n_w)) break;
-    }
+    if (!has_prior(s, deviation, memory + s->memory.prior_covariance)) return 0;
+    while (k < count && k < made && has_readings(s, k, memory, x, row_scale)
+           && (k == 0 || has_noises(s, k, w, noise_scale)))
+        k++;
     return k;
+}
+
+/* The oldest stage leaves, eliminated as its factors were made: those behind it follow from the
+ * new prior's covariance P as they are, where they were the factors of the window `given`. */
+static void leave(const Window *s, const real *given, const real *P)
+{
+    const Work *o = &s->work;
+    const integer n_x = s->model.n_x;
+    const real *x = given + s->memory.x_lin, *w = given + s->memory.w_lin;
+    if (o->ring[MADE] < 2
+        || !has_prior(s, given + s->memory.prior_deviation, given + s->memory.prior_covariance)
+        || !has_readings(s, 0, given, x, given + s->memory.present)
+        || *SLOT(o->at_time, 1, 1) != given[s->memory.times + 1]
+        || !has_noises(s, 1, w, o->unit_noises))
+        return;
+    copy(o->P_first, P, n_x * n_x);
+    o->ring[OLDEST_SLOT] = slot(s, 1);
+    o->ring[MADE]--;
 }
 
 #if CONVERGES
@@ -91,7 +126,7 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
     o->ring[MADE] = count;
     o->reused[0] = (real)first;
     for (integer k = first; k < count; k++) {
-        real *d_minus = SLOT(o->d_minus, k, n_x), *P_minus = SLOT(o->P_minus, k, n_x * n_x);
+        real *d_minus = SLOT(o->d_minus, k, n_x), *P_minus = k == 0 ? o->P_first : o->P_minus;
         if (k == 0) {
             copy(d_minus, deviation, n_x);
             copy(P_minus, memory + s->memory.prior_covariance, n_x * n_x);
@@ -124,7 +159,7 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
             return NAN;
         }
 #endif
-        if (newest && s->has_losses) { /* told is the innovation itself, not its weighed share */
+        if (LOSSES && newest && s->has_losses) { /* told is the innovation itself, not its weighed share */
             real *told[] = {0, 0, o->v, o->S, 0, 0, 0, 0};
             update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_y),
                    STAGE(memory + s->memory.present, k, n_r), told);

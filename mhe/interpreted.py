@@ -105,14 +105,21 @@ class InterpretedWindow:
         return memory, self._report(window, state, solved, solved.status)
 
     def _attempt(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array, Status]:
-        memory = self._slide(given, time_s, y)
+        old, capacity = View.of(self.memory, given), self.memory.shapes["times"][0]
+        count, most = min(len(old.times) + 1, capacity), self._deadline.affordable(capacity)
+        near = self._staying(old, self._reuse**2)
+        stays = max(near, count - most)
+        has_time = stays <= self._staying(old, np.inf)
+        memory = self._slide(given, time_s, y, stays)
         window = View.of(self.memory, memory)
-        if self._deadline.is_late(len(window.times)):
-            state, solved = self._only_predict(View.of(self.memory, given), window)
+        if not has_time:
+            state, solved = self._only_predict(old, window)
         else:
             solved = self._converge(window) if self._iterates else self._one_pass(window)
             state = GaussianState(window.x[-1], solved.covariance)
         status = solved.status
+        if has_time and stays > near:
+            status |= Status.TIME_LIMIT
         if not (np.isfinite(state.mean).all() and np.isfinite(state.covariance).all()):
             status |= Status.NOT_FINITE
         window.newest.mean[:], window.newest.covariance[:] = state.mean, state.covariance
@@ -135,23 +142,23 @@ class InterpretedWindow:
         state = GaussianState(window.x[-1].copy(), covariance)
         return state, Solved(None, covariance, Status.PREDICTED)
 
-    def _is_kept(self, window: View, k: int) -> bool:
-        """Whether a stage's estimate is so near its linearisation point that it keeps it."""
-        return self._reuse > 0 and window.moved[k] <= self._reuse**2
+    def _staying(self, old: View, limit: float) -> int:
+        """Return how many stages of the window to come keep their factors; see mhe/window.c."""
+        if not self._reuse > 0:
+            return 0
+        moved = ~(np.isfinite(old.moved) & (old.moved <= limit))
+        k = int(moved.argmax()) if moved.any() else len(moved)
+        return max(k - int(len(moved) == self.memory.shapes["times"][0]), 0)
 
-    def _choose_points(self, window: View) -> int:
-        """Choose what the next pass is linearised at; return how many stages keep their points."""
-        k = 0
-        while k + 1 < len(window.times) and self._is_kept(window, k):
-            k += 1
+    def _choose_points(self, window: View, k: int) -> None:
+        """Choose what the next pass is linearised at: the first k stages keep their points."""
         step = max(k - 1, 0)  # the noise that leads to stage k goes with it
         window.x_lin[k:], window.w_lin[step:] = window.x[k:], window.w[step:]
         if k == 0:
             [deviation] = self._pass.call["difference"](window.x_lin[0], window.prior.mean)
             window.prior_deviation[:] = -deviation
-        return k
 
-    def _slide(self, given: Array, time_s: float, y: Array) -> Array:
+    def _slide(self, given: Array, time_s: float, y: Array, stays: int) -> Array:
         """Append an instant, without the oldest stage where the window is full."""
         layout, memory, old = self.memory, given.copy(), View.of(self.memory, given)
         before, capacity = len(old.times), layout.shapes["times"][0]
@@ -164,7 +171,7 @@ class InterpretedWindow:
         for block in BETWEEN_STAGES:
             getattr(new, block)[: max(kept - 1, 0)] = getattr(old, block)[dropped:]
         if dropped:
-            prior, new.prior_deviation[:] = self._arrive(old)
+            prior, new.prior_deviation[:] = self._arrive(old, stays > 0)
             new.prior.mean[:], new.prior.covariance[:] = prior.mean, prior.covariance
         new.demanded[-1], new.active[-1] = constraint_rows.demanded(self._model, y), 0
         new.moved[-1] = np.inf
@@ -175,17 +182,16 @@ class InterpretedWindow:
             new.w[-1] = 0
             new.x[-1] = self._pass.call["move"](old.x[-1], new.w[-1], time_s - old.times[-1])[0]
         new.predicted[-1] = new.x[-1]
-        same_points = self._choose_points(new)
-        same_prior = not dropped or self._is_kept(old, 0)
-        new.stayed[...] = same_points if same_prior and self._pass.n_c == 0 else 0
+        self._choose_points(new, stays)
+        new.stayed[...] = stays
         return memory
 
-    def _arrive(self, window: View) -> tuple[GaussianState, Array]:
+    def _arrive(self, window: View, kept: bool) -> tuple[GaussianState, Array]:
         """Return the prior of the first stage that stays, and its deviation from its point.
 
-        A dropped stage that is kept is eliminated as its factors were made.
+        Where factors are kept the dropped stage is eliminated as its own were made.
         """
-        if self._is_kept(window, 0):
+        if kept:
             stage, dt = self._pass.stage, float(window.times[1] - window.times[0])
             at = window.x_lin[0], window.prior_deviation
             updated = stage.update(window.prior, window.y[0], window.present[0], *at)
@@ -219,7 +225,7 @@ class InterpretedWindow:
         found = self._pass.run(window, -window.prior_deviation, scales, *at, settled)
         if not (np.isfinite(found.length) and np.isfinite(cost)):
             return Solved(found.newest, found.covariances[-1], Status.NOT_FINITE, 1)
-        self._deadline.note_pass(len(window.times), began)
+        self._deadline.note_pass(len(window.times) - int(window.stayed), began)
         window.w[:] = found.w
         renewed = slice(found.oldest, None)
         for k in range(len(window.times))[renewed]:
@@ -281,7 +287,8 @@ class _Point:
         return bool((np.abs(self.d - short) > WOUND * np.maximum(1.0, np.abs(self.d))).any())
 
     def is_late(self) -> bool:
-        return self._deadline.is_late(len(self._window.times))
+        count = len(self._window.times)
+        return self._deadline.affordable(count) < count
 
     def linearise(self) -> Linearised:
         began, before = self._deadline.now(), self._window.active.copy()

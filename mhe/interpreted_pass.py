@@ -264,13 +264,14 @@ class WindowPass:
         """
         n, n_x = window.x.shape
         d_s, w_s, oldest = np.zeros((n, n_x)), window.w.copy(), 0
+        stayed = int(window.stayed) if self.n_c == 0 else 0
         lam, lam_hat = np.zeros(n_x), np.zeros(n_x)
         for k in reversed(range(n)):
             if k < n - 1:
                 ahead, scale = forward.predictions[k], forward.noises[k]
                 lam_hat, w_s[k] = self.call["retreat"](lam, ahead.F, ahead.G, scale)
             u = forward.updates[k]
-            if k < window.stayed:
+            if k < stayed:
                 shift = lam_hat - window.costate[k]
                 moves = np.sqrt(max(shift @ u.state.covariance @ shift, 0.0))
                 if moves + window.away[:k].sum() <= settled:

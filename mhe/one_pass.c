@@ -36,7 +36,8 @@ static integer renew(const Window *s, real *memory, const real *noise_scale, rea
 {
     const Work *o = &s->work;
     const Memory *at = &s->memory;
-    const integer count = (integer)memory[at->count], stayed = (integer)memory[at->stayed];
+    const integer count = (integer)memory[at->count];
+    const integer stayed = s->n_c == 0 ? (integer)memory[at->stayed] : 0;
     const integer n_x = s->model.n_x, n_w = s->model.n_w;
     real *costate = memory + at->costate, *length = memory + at->length, *away = memory + at->away;
     real older = 0;
@@ -74,7 +75,7 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     integer status = 0, held = 0;
     int changed = 0;
     const double began = now(s);
-    if (s->has_losses) {
+    if (LOSSES && s->has_losses) {
         readings = measure(s, memory, x, w, o->row_scale, o->noise_scale);
         row_scale = o->row_scale;
         noise_scale = o->noise_scale;
@@ -88,7 +89,7 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     length += noise_length(s, w_s, w_lin, noise_scale, count - 1);
     solved->passes = 1;
     if (!isfinite(readings) || !isfinite(squares) || !isfinite(length)) return STATUS_NOT_FINITE;
-    if (s->n_c > 0) {
+    if (CONSTRAINED && s->n_c > 0) {
         constrain(s, memory, x_lin);
         status = meet_constraints(s, memory, w_lin, noise_scale, &length, o->g, &held, &changed);
     }
@@ -98,9 +99,9 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
         moved[k] = s->reuse > 0 ? moved_by(s, k, d_s) : INFINITY;
     }
     copy(w, w_s, (count - 1) * n_w);
-    note_pass(s, count, began);
+    note_pass(s, count - (integer)memory[at->stayed], began);
     solved->kkt = sqrt(length);
-    if (s->n_c > 0)
+    if (CONSTRAINED && s->n_c > 0)
         solved->kkt = fmax(solved->kkt, exceed(s, memory, x, o->violation, o->row_std));
     return status;
 }

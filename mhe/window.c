@@ -1,16 +1,24 @@
 /* The moving horizon: slide the window onto a measurement and solve it. Behind
  * mhe/one_pass.c and, where windows are converged on, mhe/descent.c. */
 
-/* Whether a stage's estimate is so near to its linearisation point that it keeps it. */
-static int is_kept(const Window *s, const real *memory, integer k)
+/* How many of the oldest stages of the window to come keep their linearisation points, and with
+ * them their factors: the estimates of all up to there have moved by at most `limit`, a squared
+ * distance. None where the stage that is dropped has moved: then the prior is another one. */
+static integer staying(const Window *s, const real *given, real limit)
 {
-    return s->reuse > 0 && memory[s->memory.moved + k] <= s->reuse * s->reuse;
+    const real *moved = given + s->memory.moved;
+    const integer before = (integer)given[s->memory.count], drop = before == s->n_stages;
+    integer k = 0;
+    if (!(s->reuse > 0)) return 0;
+    while (k < before && isfinite(moved[k]) && moved[k] <= limit) k++;
+    return k > drop ? k - drop : 0;
 }
 
 /* Prior of the first stage that stays, given all readings before it: the dropped stage is
- * eliminated by one update and one prediction; see mhe/arrival_cost.py. `given` is the full
- * window; the new prior is written into `memory`. */
-static void arrive(const Window *s, const real *given, real *memory)
+ * eliminated by one update and one prediction; see mhe/arrival_cost.py. As its factors were made,
+ * where `kept`: so those behind it stay as they are. `given` is the full window; the new prior is
+ * written into `memory`. */
+static void arrive(const Window *s, const real *given, int kept, real *memory)
 {
     const Model *m = &s->model;
     const Work *o = &s->work;
@@ -31,7 +39,7 @@ static void arrive(const Window *s, const real *given, real *memory)
         copy(new_P, s->constant_covariance, n_x * n_x);
         return;
     }
-    if (s->has_losses) {
+    if (LOSSES && s->has_losses) {
         real part;
         const real *seen[] = {x, y, row_scale, s->huber};
         real *weighed[] = {o->row_scale, &part};
@@ -42,8 +50,6 @@ static void arrive(const Window *s, const real *given, real *memory)
         row_scale = o->row_scale;
         noise_scale = o->noise_scale;
     }
-    /* Eliminated as its factors were made, the dropped stage leaves those behind it as they are. */
-    const int kept = is_kept(s, given, 0);
     int at_window = s->arrival == ARRIVAL_smoothed;
     if (s->arrival == ARRIVAL_filtered && !kept) {
         real off = 0;
@@ -77,33 +83,31 @@ static void arrive(const Window *s, const real *given, real *memory)
     if (kept) { /* exactly as the forward pass has it: its factors stay */
         difference(s, o->reached, first, o->defect);
         for (integer i = 0; i < n_x; i++) deviation[i] = o->d_minus_prior[i] + o->defect[i];
+        leave(s, given, new_P);
     } else
         difference(s, new_mean, first, deviation);
 }
 
-/* Linearisation points of the next pass: stages from the oldest keep theirs until the first that
- * has moved; from there on all take their present estimates, for one moved stage changes the
- * factors of all behind it. Returns how many keep theirs. */
-static integer choose_points(const Window *s, real *memory)
+/* Linearisation points of the next pass: the first `k` stages keep theirs; from there on all take
+ * their present estimates, for one moved stage changes the factors of all behind it. */
+static void choose_points(const Window *s, integer k, real *memory)
 {
     const Memory *at = &s->memory;
     const integer count = (integer)memory[at->count], n_x = s->model.n_x, n_w = s->model.n_w;
     real *x_lin = memory + at->x_lin, *deviation = memory + at->prior_deviation;
-    integer k = 0;
-    while (k + 1 < count && is_kept(s, memory, k)) k++;
     copy(STAGE(x_lin, k, n_x), STAGE(memory + at->x, k, n_x), (count - k) * n_x);
     const integer step = k > 0 ? k - 1 : 0; /* the noise that leads to stage k goes with it */
     copy(STAGE(memory + at->w_lin, step, n_w), STAGE(memory + at->w, step, n_w),
          (count - 1 - step) * n_w);
-    if (k > 0) return k;
+    if (k > 0) return;
     difference(s, x_lin, memory + at->prior_mean, deviation);
     for (integer i = 0; i < n_x; i++) deviation[i] = -deviation[i];
-    return 0;
 }
 
 /* Copy `given` to `memory`, without its oldest stage where the window is full, and append
- * an instant whose state is predicted. */
-static void slide(const Window *s, const real *given, real *memory, real time, const real *y)
+ * an instant whose state is predicted. The first `stays` stages keep their factors. */
+static void slide(const Window *s, const real *given, real *memory, real time, const real *y,
+                  integer stays)
 {
     const Model *m = &s->model;
     const Memory *at = &s->memory;
@@ -122,7 +126,7 @@ static void slide(const Window *s, const real *given, real *memory, real time, c
     copy(memory + at->prior_mean, given + at->prior_mean, n_x);
     copy(memory + at->prior_covariance, given + at->prior_covariance, n_x * n_x);
     copy(memory + at->prior_deviation, given + at->prior_deviation, n_x);
-    if (drop) arrive(s, given, memory);
+    if (drop) arrive(s, given, stays > 0, memory);
     memory[at->count] = (real)(kept + 1);
     memory[at->times + kept] = time;
     memory[at->moved + kept] = INFINITY;
@@ -144,9 +148,8 @@ static void slide(const Window *s, const real *given, real *memory, real time, c
              time - given[at->times + before - 1], newest);
     }
     copy(STAGE(memory + at->predicted, kept, n_x), newest, n_x);
-    const integer same_points = choose_points(s, memory);
-    const int same_prior = !drop || is_kept(s, given, 0);
-    memory[at->stayed] = n_c == 0 && same_prior ? (real)same_points : 0;
+    choose_points(s, stays, memory);
+    memory[at->stayed] = (real)stays;
 }
 
 /* The last rung: the newest state as predicted from the last estimate, in no time. */
@@ -173,22 +176,26 @@ static integer only_predict(const Window *s, const real *given, const real *memo
     return STATUS_PREDICTED;
 }
 
-/* Slide and solve, or only slide where a pass would be late: what is solved and the status. */
+/* Slide and solve. Where there is no time to make the factors of all stages that have moved, older
+ * ones keep theirs; where there is none for those that have no factors there is no pass. */
 static integer attempt(const Window *s, const real *given, real *memory, real time,
                        const real *y, double start, real *result)
 {
     const Model *m = &s->model;
     const Memory *at = &s->memory;
     const Work *o = &s->work;
-    const integer n_x = m->n_x;
-    slide(s, given, memory, time, y);
+    const integer n_x = m->n_x, before = (integer)given[at->count];
+    const integer count = before == s->n_stages ? before : before + 1, newest = count - 1;
+    const integer most = affordable(s, start), near = staying(s, given, s->reuse * s->reuse);
+    const integer stays = near > count - most ? near : count - most;
+    const int has_time = stays <= staying(s, given, INFINITY);
+    slide(s, given, memory, time, y, stays);
     Solved solved = {NAN, 0, NAN};
-    const integer count = (integer)memory[at->count], newest = count - 1;
     real *mean = memory + at->newest_mean, *covariance = memory + at->newest_covariance;
     const real *present = STAGE(memory + at->present, newest, m->n_r), *told = present;
     integer status;
     o->reused[0] = 0;
-    if (is_late(s, count, start)) {
+    if (!has_time) {
         status = only_predict(s, given, memory, mean, covariance);
         told = o->nothing_present;
     } else {
@@ -199,6 +206,7 @@ static integer attempt(const Window *s, const real *given, real *memory, real ti
 #endif
         copy(mean, STAGE(memory + at->x, newest, n_x), n_x);
         copy(covariance, SLOT(o->P_plus, newest, n_x * n_x), n_x * n_x);
+        if (stays > near) status |= STATUS_TIME_LIMIT;
     }
     if (!(all_finite(mean, n_x) && all_finite(covariance, n_x * n_x)))
         status |= STATUS_NOT_FINITE;

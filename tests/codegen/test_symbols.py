@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from codegen.export import export_c
 from codegen.exportable import exportable
+from mhe.compiled import FUNCTIONS_OF
 from mhe.config import MheConfig
+from models.state_space import StateSpaceModel
 from tests.codegen.exports import made
 from tests.codegen.toolchains import CORTEX, HOST, TOOLCHAINS, Toolchain, compile_strictly, symbols
 from tests.engines import needs_compiler
@@ -23,8 +26,6 @@ TIME_ONLY = {
     *("__aeabi_dcmplt", "__aeabi_dcmpgt", "__aeabi_dcmpun", "__aeabi_dcmple", "__aeabi_dcmpge"),
 }
 """What handing over a time as double takes: a difference, a comparison, a conversion."""
-DEADLINE = {"__aeabi_dmul", "__aeabi_ddiv", "__aeabi_i2d"}
-"""What reckoning with a clock of doubles takes besides; never called without a deadline."""
 MATHEMATICS = {
     "atan2",
     "copysign",
@@ -67,7 +68,31 @@ def test_single_precision_has_doubles_in_times_only(
     assert not [symbol for symbol in model if symbol.startswith("__aeabi_d")]
     if chain is CORTEX:
         doubles = {s for s in loop if s.startswith("__aeabi_d") or s.endswith("2d")}
-        assert doubles <= (TIME_ONLY if name == "ekf" else TIME_ONLY | DEADLINE)
+        assert doubles <= TIME_ONLY
+
+
+@pytest.mark.parametrize("chain", TOOLCHAINS)
+@pytest.mark.parametrize(
+    ("model", "settings", "parts"),
+    [
+        (PEN, {}, set()),
+        (PEN.bounded(tip_z_m=(-1.0, np.inf)), {}, {"CONSTRAINED"}),
+        (PEN, {"sparse_noise": 1.0}, {"LOSSES"}),
+    ],
+    ids=["plain", "bounded", "sparse noise"],
+)
+def test_only_what_is_used_is_in_it(
+    chain: Toolchain,
+    model: StateSpaceModel,
+    settings: dict[str, float],
+    parts: set[str],
+    tmp_path: Path,
+) -> None:
+    export = made("mhe-rti", model, config=MheConfig(horizon=2, **settings))  # type: ignore[arg-type]
+    compile_strictly(chain, export, tmp_path)
+    offered = symbols(chain, tmp_path, "pen_model.o", "-g")
+    for part, functions in FUNCTIONS_OF.items():
+        assert {f"pen_{name}" in offered for name in functions} == {part in parts}
 
 
 @pytest.mark.parametrize("chain", TOOLCHAINS)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
+from ekf_baseline.ekf import Ekf
 from estimation.estimate import Estimate
 from estimation.kalman_stage import KalmanStage
 from estimation.status import Status
@@ -14,6 +17,7 @@ from models.gaussian import GaussianState
 from tests.closeness import covariance_error, estimate_error, mean_error
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
 from tests.estimation import pens
+from tests.mhe.windows import window_of
 
 RUN = pens.draw_pen_run(12, seed=4)
 MODEL = RUN.model
@@ -32,8 +36,10 @@ class Ticking:
         return self.time_s
 
 
-def timed(kind: type[MheRti], clock: Ticking, deadline_s: float = 1.0) -> MheRti:
-    config = MheConfig(HORIZON, deadline_s=deadline_s, reuse_threshold=0.0)
+def timed(
+    kind: type[MheRti], clock: Ticking, deadline_s: float = 1.0, reuse_threshold: float = 0.0
+) -> MheRti:
+    config = MheConfig(HORIZON, deadline_s=deadline_s, reuse_threshold=reuse_threshold)
     return kind(MODEL, config, clock)
 
 
@@ -122,6 +128,34 @@ def test_one_pass_in_time_is_solved() -> None:
     assert estimate_error(MODEL, estimate, wanted) < 1e-12
 
 
+EVERYTHING_MOVES = 1e-9
+TIME_FOR = {1: 2.75, 2: 3.0}
+"""Stages whose factors there is time for → deadline in ticks, see mhe/deadline.py."""
+
+
+@either_engine
+def test_time_for_the_newest_stage_only_is_the_ekf() -> None:
+    """Older stages have all moved and keep their factors nevertheless."""
+    estimates = steps(timed(MheRti, Ticking(1.0), TIME_FOR[1], EVERYTHING_MOVES), RUN.measurements)
+    for k, (a, b) in enumerate(zip(estimates, steps(Ekf(MODEL), RUN.measurements), strict=True)):
+        assert mean_error(MODEL, a.state.mean, b.state) < 1e-8
+        assert covariance_error(a.state.covariance, b.state.covariance) < 1e-8
+        assert a.status is (Status.TIME_LIMIT if k else Status.SOLVED)
+
+
+@either_engine
+def test_time_for_some_stages_makes_the_factors_of_some() -> None:
+    mhe = timed(MheRti, Ticking(1.0), TIME_FOR[2], EVERYTHING_MOVES)
+    state = mhe.init()
+    for k, measurement in enumerate(RUN.measurements):
+        state, estimate = mhe.step(state, measurement)
+        window = window_of(mhe, state)
+        assert len(window.times) - window.stayed == (1 if k == 0 else 2)
+        assert estimate.status is (Status.TIME_LIMIT if k > 1 else Status.SOLVED)
+    again = timed(MheRti, Ticking(1e-9), 1.0, EVERYTHING_MOVES)
+    assert all(e.status is Status.SOLVED for e in steps(again, RUN.measurements))
+
+
 @either_engine
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
 def test_a_prediction_loses_no_reading(kind: type[MheRti]) -> None:
@@ -170,15 +204,16 @@ def test_slow_passes_are_expected_and_forgotten_again() -> None:
 @needs_compiler
 def test_both_engines_stand_on_the_same_rung() -> None:
     """They read the clock equally often."""
-    for tick in (0.3, 0.1, 0.04, 0.01):
+    for kind, tick in itertools.product((Mhe, MheRti), (0.4, 0.35, 0.3, 0.1, 0.04, 0.01)):
         clocks = iter([Ticking(tick), Ticking(tick)])
         machine, plain = compiled_and_interpreted(
-            lambda clocks=clocks: timed(Mhe, next(clocks))  # type: ignore[misc]
+            lambda clocks=clocks, kind=kind: timed(kind, next(clocks), 1.0, 0.05)  # type: ignore[misc]
         )
         for a, b in zip(
             steps(machine, RUN.measurements), steps(plain, RUN.measurements), strict=True
         ):
             assert (a.status, a.iterations) == (b.status, b.iterations)
+            assert estimate_error(MODEL, a, b) < 1e-9
 
 
 @either_engine
