@@ -12,10 +12,9 @@ import numpy as np
 from ekf_baseline.ekf import EkfConfig, EkfState, filter_loop, packed_state
 from estimation.estimator import first_state
 from estimation.loop import Loop
-from mhe.arrival_cost import diffuse
 from mhe.compiled import window_loop
 from mhe.config import MheConfig
-from mhe.realtime import window_memory
+from mhe.realtime import first_window, window_memory
 from models.arrays import Array
 from models.errors import InputError
 from models.state_space import StateSpaceModel
@@ -39,12 +38,7 @@ def _ekf(model: StateSpaceModel, config: EkfConfig) -> tuple[Loop, Array]:
 def _mhe_rti(model: StateSpaceModel, config: MheConfig) -> tuple[Loop, Array]:
     memory = window_memory(model, config.horizon + 1)
     loop = window_loop(model, config, memory, iterates=False, whole=False)
-    prior = diffuse(model.prior) if config.arrival_cost == "none" else model.prior
-    start = np.zeros(memory.size)
-    for part in ("prior", "newest"):
-        memory.view(start, f"{part}_mean")[:] = prior.mean
-        memory.view(start, f"{part}_covariance")[:] = prior.covariance
-    return loop, start
+    return loop, first_window(model, config, memory, None).memory
 
 
 EXPORTABLE: Mapping[str, tuple[type, Callable[[StateSpaceModel, Any], tuple[Loop, Array]]]] = (
@@ -53,6 +47,11 @@ EXPORTABLE: Mapping[str, tuple[type, Callable[[StateSpaceModel, Any], tuple[Loop
 """Estimator name → type of its settings, and what makes its loop and first state of them."""
 
 DEFAULT_EXPORT = "mhe-rti"
+
+
+def is_timed(exported: Exportable) -> bool:
+    """Return whether it has a deadline, and needs a clock."""
+    return bool(np.isfinite(exported.loop.fields.get("deadline", np.inf)))
 
 
 def exportable(

@@ -8,6 +8,7 @@ from pathlib import Path
 from codegen.constant_readings import constant_sensors, measured_columns
 from codegen.example import example_program
 from codegen.export import Export
+from codegen.exportable import is_timed
 from codegen.header import state_units, title
 from codegen.names import macros
 from codegen.sizes import Sizes, size_words
@@ -20,6 +21,9 @@ within a window, intervals are resolved to about 1e-7 of the gap until it has le
 CONSTRAINED = """Bounds and inequalities hold in the estimate. Where the search for the active
 rows fails, pen-mhe itself tries again with OSQP; here the best point so far is returned, with
 `@{PREFIX}_STATUS_SOLVER_FAILED`."""
+TIMED = """Answers within @deadline s of a call, going by the clock: with as many stages as there is
+time for (`@{PREFIX}_STATUS_TIME_LIMIT`), or a prediction (`@{PREFIX}_STATUS_PREDICTED`). Without a
+clock it does not compile."""
 DOUBLE_TIMES = "Times are kept in double precision, as they are handed over."
 
 
@@ -97,10 +101,19 @@ def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> st
         first_state=macros(model.state_names)[0],
         first_unit=state_units(model)[0][1],
         constraints=_constraint_words(export),
+        deadline=_deadline_words(export),
         constants=f"\nThe step adds the readings of {', '.join(added)} itself.\n" if added else "",
         times=FLOAT_TIMES if is_float else DOUBLE_TIMES,
         sizes=size_words(sizes),
     )
+
+
+def _deadline_words(export: Export) -> str:
+    if not is_timed(export.exported):
+        return ""
+    deadline_s = f"{export.exported.loop.fields['deadline']:g}"
+    words = AtTemplate(TIMED).substitute(PREFIX=export.prefix.upper(), deadline=deadline_s)
+    return f"\n{words}\n"
 
 
 def _constraint_words(export: Export) -> str:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from codegen.export import Export
+from codegen.exportable import is_timed
 from codegen.template import filled
 from estimation import native
 
@@ -73,13 +74,15 @@ def measure(export: Export, target: Target) -> Sizes:
     """
     prefix = export.prefix
     probe = filled("probe.c", prefix=prefix, PREFIX=prefix.upper())
+    clock = f"-DPEN_MHE_CLOCK={prefix}_seconds"
+    flags = [*SMALL, *([clock] if is_timed(export.exported) else [])]
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         (folder / f"{prefix}.h").write_text(export.header, "utf-8")
         sources = {prefix: export.source, f"{prefix}_model": export.generated, "probe": probe}
         for name, text in sources.items():
             (folder / f"{name}.c").write_text(text, "utf-8")
-            _run([*target.command, *SMALL, "-fstack-usage", "-c", f"{name}.c"], folder)
+            _run([*target.command, *flags, "-fstack-usage", "-c", f"{name}.c"], folder)
         objects = [f"{name}.o" for name in sources]
         if target.is_bare:  # linked, so that only what is called counts, with the library
             link = ["-nostartfiles", "-Wl,--gc-sections", "-Wl,-e,main", "--specs=nosys.specs"]

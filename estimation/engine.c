@@ -9,7 +9,7 @@ typedef void (*step_function)(void *self, const real *given, real *memory, real 
                               const real *y, real *result);
 
 /* A clock that only grows, s: PEN_MHE_CLOCK names a function, PEN_MHE_HOSTED is a machine with an
- * operating system, and without either there is none. */
+ * operating system, and without either there is none, which a deadline (TIMED) does not allow. */
 #if defined PEN_MHE_CLOCK
 double PEN_MHE_CLOCK(void);
 static inline double seconds(void) { return PEN_MHE_CLOCK(); }
@@ -22,6 +22,9 @@ static inline double seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 #else
+#if TIMED
+#error "a deadline needs a clock: -DPEN_MHE_CLOCK=name of a function double name(void) in seconds"
+#endif
 static inline double seconds(void) { return 0; }
 #endif
 

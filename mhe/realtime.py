@@ -138,6 +138,20 @@ def packed_window(
     return WindowState(memory)
 
 
+def first_window(
+    model: StateSpaceModel, config: MheConfig, memory: Layout, prior: GaussianState | None
+) -> WindowState:
+    """Return the state before the first measurement; a prior of None is the model's."""
+    prior = first_state(model, prior)
+    if config.arrival_cost == "none":
+        prior = diffuse(prior)
+    state = np.zeros(memory.size)
+    for part in ("prior", "newest"):
+        memory.view(state, f"{part}_mean")[:] = prior.mean
+        memory.view(state, f"{part}_covariance")[:] = prior.covariance
+    return WindowState(state)
+
+
 class MheRti:
     """Real-time iteration: one Gauss-Newton pass per sample.
 
@@ -166,15 +180,7 @@ class MheRti:
 
     def init(self, prior: GaussianState | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
-        prior = first_state(self.model, prior)
-        if self.config.arrival_cost == "none":
-            prior = diffuse(prior)
-        layout = self._engine.memory
-        memory = np.zeros(layout.size)
-        for part in ("prior", "newest"):
-            layout.view(memory, f"{part}_mean")[:] = prior.mean
-            layout.view(memory, f"{part}_covariance")[:] = prior.covariance
-        return WindowState(memory)
+        return first_window(self.model, self.config, self._engine.memory, prior)
 
     def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
         """Slide the window onto the measurement and solve it."""

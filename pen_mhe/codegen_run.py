@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -29,7 +30,7 @@ class CodegenRequest:
     ----------
     pen, sensors, writing_area : see `benchmark.registry.find_pen` and `models.pen.pen_model`
     estimator : one of `codegen.exportable.EXPORTABLE`
-    horizon : of an estimator with a window; None takes the default
+    horizon, deadline_s : of an estimator with a window; None takes the default
     real : ``double`` or ``float``
     prefix : of the files' and the functions' names
     command : that asked for it, for the README
@@ -40,6 +41,7 @@ class CodegenRequest:
     writing_area: bool
     estimator: str
     horizon: int | None
+    deadline_s: float | None
     real: str
     prefix: str
     output: Path
@@ -73,11 +75,14 @@ def run_codegen(request: CodegenRequest) -> None:
 
 
 def _config(request: CodegenRequest) -> MheConfig | None:
-    if request.horizon is None:
+    asked = {"horizon": request.horizon, "deadline_s": request.deadline_s}
+    given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
+    if not given:
         return None
     if request.estimator in EXPORTABLE and request.estimator not in WITH_WINDOW:
+        name, value = next(iter(given.items()))
         raise InputError(
-            f"horizon {request.horizon} is given for {request.estimator}, which has no window; "
+            f"{name} {value} is given for {request.estimator}, which has no window; "
             f"expected none, or estimator {' or '.join(WITH_WINDOW)}"
         )
-    return MheConfig(horizon=request.horizon)
+    return MheConfig(**given)

@@ -207,6 +207,9 @@ def codegen(
     horizon: Annotated[
         int | None, typer.Option(help="Intervals in the window of an estimator that has one.")
     ] = None,
+    deadline: Annotated[
+        float | None, typer.Option(help="Of such an estimator: s per step, by a clock of yours.")
+    ] = None,
     float32: Annotated[
         bool, typer.Option("--float32", help="Single precision, with square roots of covariances.")
     ] = False,
@@ -223,6 +226,7 @@ def codegen(
                 writing_area=writing_area,
                 estimator=estimator,
                 horizon=horizon,
+                deadline_s=deadline,
                 real="float" if float32 else "double",
                 prefix=prefix,
                 output=output,

@@ -5,6 +5,9 @@
 @{prefix}_estimate estimate;
 static const @{prefix}_real readings[@{PREFIX}_N_Y];
 
+double @{prefix}_seconds(void);
+double @{prefix}_seconds(void) { return 0; }
+
 int main(void)
 {
     @{prefix}_init(&state);

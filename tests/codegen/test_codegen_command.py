@@ -46,9 +46,12 @@ def test_horizon_and_prefix(tmp_path: Path) -> None:
     assert "int nib_step(" in source
 
 
-def test_sizes_are_told(tmp_path: Path) -> None:
-    result = call(tmp_path, "--sensors", "accel", "--estimator", "ekf", "--float32")
+@pytest.mark.parametrize("more", [("ekf",), ("mhe-rti", "--horizon", "2", "--deadline", "0.01")])
+def test_sizes_are_told(more: tuple[str, ...], tmp_path: Path) -> None:
+    result = call(tmp_path, "--sensors", "accel", "--float32", "--estimator", *more)
     assert result.exit_code == 0, result.stderr
+    told = (tmp_path / "README.md").read_text()
+    assert ("within 0.01 s" in told) == ("--deadline" in more)
     assert "flash" in result.stdout
     assert "| flash: code, tables |" in (tmp_path / "README.md").read_text()
 
@@ -59,6 +62,8 @@ def test_sizes_are_told(tmp_path: Path) -> None:
         (("--estimator", "mhe"), "estimator mhe cannot be exported as C, expected one of ekf, mhe"),
         (("--estimator", "kalman"), "estimator kalman cannot be exported as C"),
         (("--estimator", "ekf", "--horizon", "5"), "horizon 5 is given for ekf, which has no wind"),
+        (("--estimator", "ekf", "--deadline", "1"), "deadline_s 1.0 is given for ekf, which has"),
+        (("--deadline", "-1"), "deadline_s is -1"),
         (
             ("--estimator", "mhe-rti", "--horizon", "0"),
             "horizon is 0, expected at least 1",

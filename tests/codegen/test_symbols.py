@@ -103,6 +103,8 @@ def test_a_clock_of_ones_own(chain: Toolchain, tmp_path: Path) -> None:
     needed = symbols(chain, tmp_path, "pen.o", "-u")
     assert "my_seconds" in needed
     assert "clock_gettime" not in needed
+    with pytest.raises(AssertionError, match="a deadline needs a clock"):
+        compile_strictly(chain, export, tmp_path, ("-Os",))
 
 
 @needs_compiler
