@@ -89,7 +89,7 @@ def test_only_what_is_used_is_in_it(
     tmp_path: Path,
 ) -> None:
     export = made("mhe-rti", model, config=MheConfig(horizon=2, **settings))  # type: ignore[arg-type]
-    compile_strictly(chain, export, tmp_path)
+    compile_strictly(chain, export, tmp_path, ("-O0",))
     offered = symbols(chain, tmp_path, "pen_model.o", "-g")
     for part, functions in FUNCTIONS_OF.items():
         assert {f"pen_{name}" in offered for name in functions} == {part in parts}

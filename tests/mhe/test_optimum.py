@@ -27,6 +27,8 @@ from tests.references.gauss_newton import DenseGaussNewton
 
 SHORT = 8
 QUICK = window_table(len(window_models()) * len(KINDS), horizons=(SHORT,))
+REPRESENTATIVE = ("turntable accel+gyro", "pen5 accel+gyro", "pen6 accel+gyro+camera")
+"""Models that are always tried; the others are slow to compile."""
 MOST_ABOVE, LEAST_SAME = 0.01, 0.95
 
 
@@ -41,7 +43,13 @@ def check(rows: Sequence[WindowRow]) -> WindowSummary:
     return found
 
 
-@pytest.mark.parametrize("model", window_models())
+@pytest.mark.parametrize(
+    "model",
+    [
+        pytest.param(name, marks=[] if name in REPRESENTATIVE else pytest.mark.slow)
+        for name in window_models()
+    ],
+)
 def test_the_optimum_is_ipopts(model: str) -> None:
     keys = [key for key in QUICK if key.model == model]
     assert {key.kind for key in keys} == set(KINDS)
@@ -55,7 +63,14 @@ def test_the_optimum_is_ipopts_on_a_thousand_windows() -> None:
     assert check(rows).verdicts[SAME] >= LEAST_SAME * len(rows)
 
 
-@pytest.mark.parametrize("model", ["turntable accel+gyro", "pen5 accel", "pen6 accel+gyro+camera"])
+@pytest.mark.parametrize(
+    "model",
+    [
+        "turntable accel+gyro",
+        pytest.param("pen5 accel", marks=pytest.mark.slow),
+        pytest.param("pen6 accel+gyro+camera", marks=pytest.mark.slow),
+    ],
+)
 def test_a_dense_gauss_newton_ends_there_too(model: str) -> None:
     """The reference, the step that judges it and the unit, by an implementation of its own."""
     keys = [key for key in QUICK if key.model == model]

@@ -25,6 +25,7 @@ from tests.pen_mhe.bad_input import (
 )
 
 pytestmark = pytest.mark.usefixtures("interpreted")
+QUICK = ("--estimator", "ekf")
 NOT_FINITE = "is not a finite number, expected one"
 
 
@@ -173,11 +174,11 @@ def test_one_sentence_for_a_bad_recording(name: str, tmp_path: Path) -> None:
 
 
 def test_the_recording_of_the_cases_is_good(tmp_path: Path) -> None:
-    result = estimate(Case(()), tmp_path)
+    result = estimate(Case((), options=QUICK), tmp_path)
     assert result.exit_code == 0, result.stderr
 
 
 def test_an_empty_cell_is_no_mistake(tmp_path: Path) -> None:
     """A partial reading: some axes of a sensor in a row."""
-    result = estimate(Case((), cell(3, ACCEL[1], "")), tmp_path)
+    result = estimate(Case((), cell(3, ACCEL[1], ""), options=QUICK), tmp_path)
     assert result.exit_code == 0, result.stderr
