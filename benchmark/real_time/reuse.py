@@ -16,6 +16,7 @@ from benchmark.real_time.streams import Stream
 from estimation.estimate import EstimateHistory
 from mhe.config import MheConfig
 from mhe.realtime import MheRti
+from mhe.reuse import REUSE_THRESHOLD
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
@@ -26,9 +27,13 @@ FIRST_S = 1.0
 THRESHOLDS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, math.inf)
 HORIZONS = (20, 100)
 FULL = "full passes"
+SMOOTHED = "full passes, arrival cost smoothed"
+KEPT_SMOOTHED = f"threshold {REUSE_THRESHOLD:g}, arrival cost smoothed, beside full passes with it"
+"""A dropped stage that was kept is eliminated about where ``smoothed`` does it: so this contender
+shows what keeping factors does, and nothing else."""
 OTHERS: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
-        "full passes, arrival cost smoothed": {"arrival_cost": "smoothed"},
+        SMOOTHED: {"arrival_cost": "smoothed"},
         "full passes, one interval more": {"horizon": 1},
     }
 )
@@ -37,11 +42,11 @@ OTHERS: Mapping[str, Mapping[str, object]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class ReuseRow:
-    """A contender beside full passes of the same horizon.
+    """A contender beside full passes of the same horizon (and, for one, arrival cost).
 
     Parameters
     ----------
-    threshold : in standard deviations; None for other full passes
+    threshold : in standard deviations; None for the contenders that are not one of a threshold
     rms_std, max_std : distance of the newest state from that of full passes, in posterior
         standard deviations, over samples and states
     reused : share of the window's stages whose factors were kept
@@ -79,11 +84,13 @@ def _of_horizon(
     named = {f"threshold {threshold:g}": threshold for threshold in thresholds}
     for name, threshold in named.items():
         configs[name] = replace(full, reuse_threshold=threshold)
+    configs[KEPT_SMOOTHED] = replace(configs[SMOOTHED], reuse_threshold=REUSE_THRESHOLD)
     histories = interleaved(stream, configs)
-    wanted = histories[FULL]
-    settled = wanted.time_s >= wanted.time_s[0] + FIRST_S
+    time_s = histories[FULL].time_s
+    settled = time_s >= time_s[0] + FIRST_S
     rows = []
     for name, history in histories.items():
+        wanted = histories[SMOOTHED if name == KEPT_SMOOTHED else FULL]
         away = distances(stream.model, history, wanted)[settled]
         stages = configs[name].horizon + 1
         rows.append(

@@ -6,7 +6,15 @@ import math
 
 import numpy as np
 
-from benchmark.real_time.reuse import FULL, OTHERS, distances, interleaved, reuse_rows
+from benchmark.real_time.reuse import (
+    FULL,
+    KEPT_SMOOTHED,
+    OTHERS,
+    SMOOTHED,
+    distances,
+    interleaved,
+    reuse_rows,
+)
 from benchmark.real_time.streams import CASES, available, simulated
 from estimation.estimator import run
 from mhe.config import MheConfig
@@ -21,6 +29,7 @@ def test_rows_of_a_short_stream() -> None:
         *OTHERS,
         "threshold 0.5",
         "threshold inf",
+        KEPT_SMOOTHED,
     ]
     first, *others = rows
     assert (first.rms_std, first.max_std, first.reused, first.time_ratio) == (0, 0, 0, 1)
@@ -28,6 +37,14 @@ def test_rows_of_a_short_stream() -> None:
         assert 0 < row.rms_std <= row.max_std
         assert row.time_ratio > 0
     assert 0 == others[0].reused < others[2].reused <= others[3].reused < 1
+
+
+def test_keeping_factors_is_near_full_passes_with_the_same_elimination() -> None:
+    rows = reuse_rows("pen24", simulated("pen24", seconds=2.0), horizons=(20,), thresholds=())
+    of = {row.contender: row for row in rows}
+    assert of[KEPT_SMOOTHED].reused > 0.6
+    assert 0 < of[KEPT_SMOOTHED].rms_std < 0.05
+    assert of[KEPT_SMOOTHED].rms_std < 0.3 * of[SMOOTHED].rms_std
 
 
 def test_taking_turns_changes_nothing() -> None:
