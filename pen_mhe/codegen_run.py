@@ -32,6 +32,7 @@ class CodegenRequest:
     estimator : one of `codegen.exportable.EXPORTABLE`
     horizon, deadline_s : of an estimator with a window; None takes the default
     real : ``double`` or ``float``
+    form : one of `estimation.loop.STAGES`; None takes the default of the precision
     prefix : of the files' and the functions' names
     command : that asked for it, for the README
     """
@@ -43,6 +44,7 @@ class CodegenRequest:
     horizon: int | None
     deadline_s: float | None
     real: str
+    form: str | None
     prefix: str
     output: Path
     command: str
@@ -58,7 +60,7 @@ def run_codegen(request: CodegenRequest) -> None:
     """
     model = pen_model(find_pen(request.pen), request.sensors, request.writing_area)
     chosen = exportable(request.estimator, model, _config(request))
-    export = export_c(chosen, request.real, prefix=request.prefix)
+    export = export_c(chosen, request.real, request.form, request.prefix)
     prepare_folder(request.output)
     target = find_target()
     with Console(stderr=True).status("compiling, to measure"):

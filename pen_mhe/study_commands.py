@@ -213,6 +213,10 @@ def codegen(
     float32: Annotated[
         bool, typer.Option("--float32", help="Single precision, with square roots of covariances.")
     ] = False,
+    roots: Annotated[
+        bool,
+        typer.Option("--roots", help="Square roots in double too: much less code."),
+    ] = False,
     prefix: Annotated[str, typer.Option(help="Of the files' and the functions' names.")] = "pen",
 ) -> None:
     """Write an estimator of a pen as C99 without dynamic memory, for other machines."""
@@ -228,6 +232,7 @@ def codegen(
                 horizon=horizon,
                 deadline_s=deadline,
                 real="float" if float32 else "double",
+                form="root" if roots else None,
                 prefix=prefix,
                 output=output,
                 command=command_line(),

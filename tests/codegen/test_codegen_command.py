@@ -46,6 +46,13 @@ def test_horizon_and_prefix(tmp_path: Path) -> None:
     assert "int nib_step(" in source
 
 
+@pytest.mark.usefixtures("unmeasured")
+def test_roots_in_double_too(tmp_path: Path) -> None:
+    for options, form in (((), "covariance form"), (("--roots",), "root form")):
+        call(tmp_path, "--sensors", "accel", "--estimator", "ekf", *options)
+        assert f"double, {form}" in (tmp_path / "README.md").read_text()
+
+
 @pytest.mark.parametrize("more", [("ekf",), ("mhe-rti", "--horizon", "2", "--deadline", "0.01")])
 def test_sizes_are_told(more: tuple[str, ...], tmp_path: Path) -> None:
     result = call(tmp_path, "--sensors", "accel", "--float32", "--estimator", *more)
