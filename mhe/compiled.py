@@ -177,7 +177,7 @@ def _work(
         "no_noise": n_w,
         "nothing_present": n_r,
         "reused": 1,
-        "pass_time": 2,
+        "pass_time": 3,
         "violation": n_c,
         "g": n_x + n_stages * n_w,
     }

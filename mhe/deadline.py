@@ -10,9 +10,14 @@ The rungs of a step, each an answer:
    ``iterations`` counts them.
 
 Before every pass the clock is asked whether one more would end in time, going by how long passes
-took of late: their running mean per stage whose factors are made, and half as much again for
-safety. A single longer one (the processor was elsewhere) counts as twice the mean, the next in a
-row as four times, and so on. mhe/deadline.c is the same in C.
+took of late: their running mean per stage whose factors are made, and for safety half as much
+again or four times their mean deviation, whichever is more. A single longer one (the processor was
+elsewhere) counts as twice the mean, the next in a row as four times, and so on. mhe/deadline.c is
+the same in C.
+
+References
+----------
+Jacobson (1988), Congestion avoidance and control, SIGCOMM: mean and mean deviation of times.
 """
 
 from __future__ import annotations
@@ -25,6 +30,7 @@ Clock = Callable[[], float]
 NEWEST_SHARE = 0.1
 LARGEST = 2.0
 SAFETY = 1.5
+DEVIATIONS = 4.0
 HOPE = 0.95
 BESIDE = 2
 """Stages: what a pass takes beside its factors."""
@@ -42,7 +48,7 @@ class Deadline:
     def __init__(self, limit_s: float | None, now: Clock) -> None:
         self.now = now
         self._limit_s = limit_s
-        self._start, self._mean, self._allowed = 0.0, 0.0, 1.0
+        self._start, self._mean, self._deviation, self._allowed = 0.0, 0.0, 0.0, 1.0
 
     def begin(self) -> None:
         """Begin a step."""
@@ -60,7 +66,8 @@ class Deadline:
         """
         if self._limit_s is None:
             return n_stages
-        left, each = self._limit_s - self.passed_s, SAFETY * self._mean
+        left = self._limit_s - self.passed_s
+        each = max(SAFETY * self._mean, self._mean + DEVIATIONS * self._deviation)
         if left < 0:
             return 0
         return n_stages if left >= each * (n_stages + BESIDE) else int(left / each) - BESIDE
@@ -70,11 +77,16 @@ class Deadline:
         if self._limit_s is None:
             return
         took = (self.now() - began) / (n_made + BESIDE)
+        if not self._mean > 0:
+            self._mean = took
+            return
         allowed = LARGEST * self._allowed
-        counted = min(took, allowed * self._mean)
+        away = min(took, allowed * self._mean) - self._mean
         self._allowed = allowed if took > allowed * self._mean else 1.0
-        self._mean = self._mean + NEWEST_SHARE * (counted - self._mean) if self._mean > 0 else took
+        self._deviation += NEWEST_SHARE * (abs(away) - self._deviation)
+        self._mean += NEWEST_SHARE * away
 
     def note_none(self) -> None:
         """Remember a step without a pass: the next may find the processor faster."""
         self._mean *= HOPE
+        self._deviation *= HOPE
