@@ -154,6 +154,7 @@ class InterpretedWindow:
         """Choose what the next pass is linearised at: the first k stages keep their points."""
         step = max(k - 1, 0)  # the noise that leads to stage k goes with it
         window.x_lin[k:], window.w_lin[step:] = window.x[k:], window.w[step:]
+        window.moved[k:] = np.inf  # until a pass says
         if k == 0:
             [deviation] = self._pass.call["difference"](window.x_lin[0], window.prior.mean)
             window.prior_deviation[:] = -deviation
@@ -174,7 +175,6 @@ class InterpretedWindow:
             prior, new.prior_deviation[:] = self._arrive(old, stays > 0)
             new.prior.mean[:], new.prior.covariance[:] = prior.mean, prior.covariance
         new.demanded[-1], new.active[-1] = constraint_rows.demanded(self._model, y), 0
-        new.moved[-1] = np.inf
         new.times[-1], new.y[-1] = time_s, without_gaps(y)
         new.present[-1] = rows_present(self._model, y)
         new.x[-1] = old.prior.mean
@@ -230,9 +230,19 @@ class InterpretedWindow:
         renewed = slice(found.oldest, None)
         for k in range(len(window.times))[renewed]:
             window.x[k] = self._pass.stage.retract(window.x_lin[k], found.d[k])
-        window.moved[renewed] = _moved(found)[renewed] if self._reuse > 0 else np.inf
+        if self._reuse > 0:
+            for k, by in list(enumerate(_moved(found)))[renewed]:
+                window.moved[k] = self._judged(window, k, by)
         kkt = max(np.sqrt(found.length), self._largest_excess(window, found.row_std))
         return Solved(found.newest, found.covariances[-1], found.held.status, 1, kkt=kkt)
+
+    def _judged(self, window: View, k: int, by: float) -> float:
+        """Return how far a stage is from its linearisation point, squared; see mhe/one_pass.c."""
+        if by > self._reuse**2:
+            return by
+        seen = window.x_lin[k], window.x[k], window.y[k], window.present[k]
+        [off] = self._pass.call["misjudge"](*seen)
+        return max(by, float(off[0]) ** 2)
 
     def _largest_excess(self, window: View, row_std: Array) -> float:
         """Return what the trajectory exceeds a row by at most, in standard deviations."""

@@ -20,6 +20,30 @@ static real moved_by(const Window *s, integer k, const real *d_s)
     return most;
 }
 
+/* The square of what a stage's readings would be off by, in standard deviations of their noise, where
+ * they are linearised at its point and not at its estimate. */
+static real misjudged(const Window *s, const real *memory, integer k)
+{
+    const Memory *at = &s->memory;
+    const integer n_x = s->model.n_x;
+    real off = 0;
+    const real *judged[] = {STAGE(memory + at->x_lin, k, n_x), STAGE(memory + at->x, k, n_x),
+                            STAGE(memory + at->y, k, s->model.n_y),
+                            STAGE(memory + at->present, k, s->model.n_r)};
+    real *results[] = {&off};
+    s->misjudge(judged, results, 0, 0, 0);
+    return off * off;
+}
+
+/* How far a stage is from its linearisation point, squared: the larger of both measures, the first
+ * alone where it says already that the stage has moved. */
+static real judged(const Window *s, const real *memory, integer k, const real *d_s)
+{
+    if (!(s->reuse > 0)) return INFINITY;
+    const real by = moved_by(s, k, d_s);
+    return by > s->reuse * s->reuse ? by : fmax(by, misjudged(s, memory, k));
+}
+
 /* How far λ̂, instead of the one before, moves stage k, in standard deviations. */
 static real news(const Window *s, integer k, const real *before)
 {
@@ -96,7 +120,7 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     for (integer k = from; k < count; k++) {
         const real *d_s = STAGE(o->d_s, k, n_x);
         retract(m, STAGE(x_lin, k, n_x), d_s, STAGE(x, k, n_x));
-        moved[k] = s->reuse > 0 ? moved_by(s, k, d_s) : INFINITY;
+        moved[k] = judged(s, memory, k, d_s);
     }
     copy(w, w_s, (count - 1) * n_w);
     note_pass(s, count - (integer)memory[at->stayed], began);

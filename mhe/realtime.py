@@ -57,8 +57,8 @@ class WindowState:
 def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
     """Return the layout of a window: stages oldest first, `count` of them.
 
-    ``x_lin`` and ``w_lin`` are what the last pass was linearised at, ``moved`` the largest
-    squared deviation from there in variances, ``active`` and ``demanded`` marks of the rows of
+    ``x_lin`` and ``w_lin`` are what the last pass was linearised at, ``moved`` how far
+    the stage is from there, squared (`mhe.reuse`), ``active`` and ``demanded`` marks of the rows of
     `mhe.constraint_rows`. ``costate`` is λ̂ that smoothed each stage, ``away`` how far later
     readings would have moved it, ``length`` its share of the squared length of the last step;
     the first ``stayed`` stages have the factors that they were smoothed with.

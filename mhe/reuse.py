@@ -18,6 +18,9 @@ from mhe.config import MheConfig
 from models.state_space import StateSpaceModel
 
 REUSE_THRESHOLD = 0.5
+"""How far from its linearisation point a stage keeps its factors: its estimate in standard
+deviations P⁺, and what its readings would be off by in those of their noise. The first alone
+would not do: where a slow camera comes late, P⁺ is wide."""
 SETTLED = 0.5
 """Share of the threshold: the pass back ends where no older stage is off by more. It changes which
 stages move, and hardly the newest state: that one is the filter's on these factors."""

@@ -96,6 +96,7 @@ static void choose_points(const Window *s, integer k, real *memory)
     const integer count = (integer)memory[at->count], n_x = s->model.n_x, n_w = s->model.n_w;
     real *x_lin = memory + at->x_lin, *deviation = memory + at->prior_deviation;
     copy(STAGE(x_lin, k, n_x), STAGE(memory + at->x, k, n_x), (count - k) * n_x);
+    for (integer i = k; i < count; i++) memory[at->moved + i] = INFINITY; /* until a pass says */
     const integer step = k > 0 ? k - 1 : 0; /* the noise that leads to stage k goes with it */
     copy(STAGE(memory + at->w_lin, step, n_w), STAGE(memory + at->w, step, n_w),
          (count - 1 - step) * n_w);
@@ -129,7 +130,6 @@ static void slide(const Window *s, const real *given, real *memory, real time, c
     if (drop) arrive(s, given, stays > 0, memory);
     memory[at->count] = (real)(kept + 1);
     memory[at->times + kept] = time;
-    memory[at->moved + kept] = INFINITY;
     mark_present(m, y, STAGE(memory + at->present, kept, n_r), STAGE(memory + at->y, kept, n_y));
     for (integer j = 0; j < n_c; j++) {
         real *demanded = STAGE(memory + at->demanded, kept, n_c) + j;
