@@ -20,6 +20,7 @@ from tests.engines import compiled_and_interpreted, needs_compiler, steps
 from tests.estimation import pens
 from tests.linear_models import coupled_system, irregular_times
 from tests.mhe import pendulum
+from tests.mhe.windows import window_of
 
 RUN = pens.draw_pen_run(40, seed=8)
 NEVER_AGAIN = math.inf
@@ -92,6 +93,49 @@ def test_both_engines_choose_the_same_stages(threshold: float, arrival_cost: str
         assert a.kkt_residual == pytest.approx(b.kkt_residual, rel=1e-6, abs=1e-9)
         reused += a.reused_stages
     assert reused > 0
+
+
+def off(x_lin: np.ndarray, x: np.ndarray, y: np.ndarray) -> float:
+    """By how many standard deviations a linearisation is off at x: slope by differences."""
+    model, worst = RUN.model, 0.0
+    delta, h = np.asarray(model.difference(x, x_lin)).ravel(), 1e-5
+    for sensor, rows in zip(
+        model.sensors, np.split(y, np.cumsum(sensor_widths())[:-1]), strict=True
+    ):
+        if np.isnan(rows).any():
+            continue
+        at = [
+            np.asarray(sensor.residual(rows, model.retract(x_lin, s * delta))).ravel()
+            for s in (-h, 0.0, h, 1.0)
+        ]
+        expected = at[1] + (at[2] - at[0]) / (2 * h)
+        worst = max(worst, float(np.abs((at[3] - expected) / sensor.noise_std).max()))
+    return worst
+
+
+def sensor_widths() -> list[int]:
+    return [sensor.n_y for sensor in RUN.model.sensors]
+
+
+@pytest.mark.parametrize("engine", ["compiled", "interpreted"])
+def test_readings_of_stages_that_stay_are_predicted_by_their_factors(
+    engine: str, request: pytest.FixtureRequest
+) -> None:
+    if engine == "interpreted":
+        request.getfixturevalue("interpreted")
+    mhe, threshold, measured = rti(0.5, 10), 0.5, {m.time_s: m.y for m in RUN.measurements}
+    state, before, renewed = mhe.init(), None, 0
+    for measurement in RUN.measurements:
+        state, _ = mhe.step(state, measurement)
+        window = window_of(mhe, state)
+        if before is not None:
+            stayed = set(window.times[: int(window.stayed)])
+            for time_s, *points in zip(before.times, before.x_lin, before.x, strict=True):
+                is_off = off(*points, measured[time_s]) > 1.01 * threshold
+                assert not (is_off and time_s in stayed)
+                renewed += is_off
+        before = window
+    assert renewed > 0
 
 
 @pytest.mark.parametrize("threshold", THRESHOLDS)
