@@ -123,9 +123,10 @@ def test_readings_of_stages_that_stay_are_predicted_by_their_factors(
 ) -> None:
     if engine == "interpreted":
         request.getfixturevalue("interpreted")
-    mhe, threshold, measured = rti(0.5, 10), 0.5, {m.time_s: m.y for m in RUN.measurements}
+    run, threshold = pens.draw_pen_run(40, seed=9), 2.0  # wide enough for the first measure
+    mhe, measured = rti(threshold, 10), {m.time_s: m.y for m in run.measurements}
     state, before, renewed = mhe.init(), None, 0
-    for measurement in RUN.measurements:
+    for measurement in run.measurements:
         state, _ = mhe.step(state, measurement)
         window = window_of(mhe, state)
         if before is not None:
