@@ -148,5 +148,5 @@ def reuse_figure(rows: Sequence[ReuseRow]) -> Figure:
             panel.axvline(REUSE_THRESHOLD, color="0.7", lw=1)
     axes[0, 0].set(ylabel="newest state, RMS distance from\nfull passes / standard deviations")
     axes[1, 0].set(ylabel="time per step / that of full passes")
-    axes[1, 0].legend(fontsize="small")
+    axes[1, -1].legend(fontsize="small", loc="upper right")
     return figure
