@@ -165,6 +165,7 @@ def _work(
         "F": predict.nnz_out("F"),
         "G": predict.nnz_out("G"),
         "d_s": n_x,
+        "expected": n_r,
         "row_scale": n_r,
         "noise_scale": n_w,
     }

@@ -232,16 +232,15 @@ class InterpretedWindow:
             window.x[k] = self._pass.stage.retract(window.x_lin[k], found.d[k])
         if self._reuse > 0:
             for k, by in list(enumerate(_moved(found)))[renewed]:
-                window.moved[k] = self._judged(window, k, by)
+                window.moved[k] = self._judged(window, k, by, found.expected[k])
         kkt = max(np.sqrt(found.length), self._largest_excess(window, found.row_std))
         return Solved(found.newest, found.covariances[-1], found.held.status, 1, kkt=kkt)
 
-    def _judged(self, window: View, k: int, by: float) -> float:
+    def _judged(self, window: View, k: int, by: float, expected: Array) -> float:
         """Return how far a stage is from its linearisation point, squared; see mhe/one_pass.c."""
         if by > self._reuse**2:
             return by
-        seen = window.x_lin[k], window.x[k], window.y[k], window.present[k]
-        [off] = self._pass.call["misjudge"](*seen)
+        [off] = self._pass.call["judge"](window.x[k], window.y[k], window.present[k], expected)
         return max(by, float(off[0]) ** 2)
 
     def _largest_excess(self, window: View, row_std: Array) -> float:

@@ -92,6 +92,8 @@ class Smoothed:
     mu, w : (n_x,), (n - 1, n_w) multiplier of its prior, x_0 = x̄ ⊞ P̄ μ, and its noises
     length : squared length of the step in whitened units, without the prior's part; NaN
         where the pass is not finite
+    expected : (n, n_r) the optimum's residuals, in standard deviations of their noise, as the
+        linearised stages have them
     oldest : where the pass ended; stages before this one have no new deviations, and their
         noises are the window's
     """
@@ -100,6 +102,7 @@ class Smoothed:
     mu: Array
     w: Array
     length: float
+    expected: Array
     oldest: int
 
 
@@ -240,6 +243,7 @@ class WindowPass:
         """Bryson-Frazier back, with impulses (n, n_x) on the costates."""
         n, n_x = window.x.shape
         d_s, w_s, length = np.zeros((n, n_x)), np.zeros(w.shape), 0.0
+        expected = np.zeros(window.present.shape)
         pushed = np.zeros((n, n_x)) if impulses is None else impulses
         d_shift, e_shift = self._pushed(forward, pushed)
         lam, lam_hat = np.zeros(n_x), np.zeros(n_x)
@@ -251,9 +255,9 @@ class WindowPass:
             lam_hat = lam_hat + pushed[k]
             u = forward.updates[k]
             shifted = u.deviation + d_shift[k], u.e + e_shift[k]
-            d_s[k], lam, part = self._smooth(u, lam_hat, *shifted)
+            d_s[k], lam, part, expected[k] = self._smooth(u, lam_hat, *shifted)
             length += part
-        return Smoothed(d_s, -lam, w_s, length, 0)
+        return Smoothed(d_s, -lam, w_s, length, expected, 0)
 
     def _renew(self, window: View, forward: Forward, w: Array, settled: float) -> Smoothed:
         """Go back to the first stage without news; see mhe/one_pass.c.
@@ -264,6 +268,7 @@ class WindowPass:
         """
         n, n_x = window.x.shape
         d_s, w_s, oldest = np.zeros((n, n_x)), window.w.copy(), 0
+        expected = np.zeros(window.present.shape)
         stayed = int(window.stayed) if self.n_c == 0 else 0
         lam, lam_hat = np.zeros(n_x), np.zeros(n_x)
         for k in reversed(range(n)):
@@ -278,17 +283,20 @@ class WindowPass:
                     window.away[k], oldest = moves, k + 1
                     break
             window.costate[k], window.away[k] = lam_hat, 0
-            d_s[k], lam, window.length[k] = self._smooth(u, lam_hat, u.deviation, u.e)
+            smoothed = self._smooth(u, lam_hat, u.deviation, u.e)
+            d_s[k], lam, window.length[k], expected[k] = smoothed
         noise = (((w_s - w) / forward.noises) ** 2).sum()
-        return Smoothed(d_s, -lam, w_s, float(window.length.sum() + noise), oldest)
+        length = float(window.length.sum() + noise)
+        return Smoothed(d_s, -lam, w_s, length, expected, oldest)
 
     def _smooth(
         self, u: Update, lam_hat: Array, deviation: Array, e: Array
-    ) -> tuple[Array, Array, float]:
-        """Return the smoothed deviation of a stage, λ in front of it, its readings' length."""
+    ) -> tuple[Array, Array, float, Array]:
+        """Return a stage's smoothed deviation, λ in front of it, length, expected residuals."""
         [spread] = self.call["spread"](u.state.covariance, lam_hat)
-        d_s, lam, part = self.call["smooth"](deviation, spread, lam_hat, u.W, e, u.L, u.H)
-        return d_s, lam, float(part[0])
+        smoothed = self.call["smooth"](deviation, spread, lam_hat, u.W, e, u.L, u.H)
+        d_s, lam, part, expected = smoothed
+        return d_s, lam, float(part[0]), expected
 
     def _pushed(self, forward: Forward, impulses: Array) -> tuple[Array, Array]:
         """Return what impulses change in δ⁺ (n, n_x), before their own stage's, and in e."""

@@ -20,18 +20,17 @@ static real moved_by(const Window *s, integer k, const real *d_s)
     return most;
 }
 
-/* The square of what a stage's readings would be off by, in standard deviations of their noise, where
- * they are linearised at its point and not at its estimate. */
+/* The square of what a stage's readings at its estimate are off by, in standard deviations of their
+ * noise, from what its linearisation has them. */
 static real misjudged(const Window *s, const real *memory, integer k)
 {
     const Memory *at = &s->memory;
-    const integer n_x = s->model.n_x;
+    const integer n_x = s->model.n_x, n_r = s->model.n_r;
     real off = 0;
-    const real *judged[] = {STAGE(memory + at->x_lin, k, n_x), STAGE(memory + at->x, k, n_x),
-                            STAGE(memory + at->y, k, s->model.n_y),
-                            STAGE(memory + at->present, k, s->model.n_r)};
+    const real *judged[] = {STAGE(memory + at->x, k, n_x), STAGE(memory + at->y, k, s->model.n_y),
+                            STAGE(memory + at->present, k, n_r), STAGE(s->work.expected, k, n_r)};
     real *results[] = {&off};
-    s->misjudge(judged, results, 0, 0, 0);
+    s->judge(judged, results, 0, 0, 0);
     return off * off;
 }
 

@@ -75,8 +75,8 @@ static real noise_length(const Window *s, const real *w_s, const real *w, const 
     return length;
 }
 
-/* Smoothed deviation d_s of stage k, and λ in front of it, from λ̂. Returns the squared length of
- * its readings' step. */
+/* Smoothed deviation d_s of stage k, its expected residuals, and λ in front of it, from λ̂. Returns
+ * the squared length of its readings' step. */
 static real smooth_stage(const Window *s, integer k, int rows)
 {
     const Model *m = &s->model;
@@ -99,7 +99,7 @@ static real smooth_stage(const Window *s, integer k, int rows)
 #endif
     const real *stage[] = {d_plus, o->spread, o->lambda_hat, SLOT(o->W, k, n_x * n_r), e,
                            SLOT(o->L, k, s->nnz_L), SLOT(o->H, k, s->nnz_H)};
-    real *smoothed[] = {STAGE(o->d_s, k, n_x), o->lambda, &length};
+    real *smoothed[] = {STAGE(o->d_s, k, n_x), o->lambda, &length, STAGE(o->expected, k, n_r)};
     s->smooth(stage, smoothed, 0, 0, 0);
     return length;
 }

@@ -4,7 +4,8 @@ With the forward stage's results (`estimation.kalman_stage`), from the newest st
 the oldest, λ̂ = 0 at the newest (modified Bryson-Frazier form):
 
     retreat:  λ̂ = Fᵀ λ,   w_s = -D² Gᵀ λ
-    smooth:   δ_s = δ⁺ - P⁺ λ̂,   λ = λ̂ - Hᵀ L⁻ᵀ (Wᵀ λ̂ + e)
+    smooth:   u = L⁻ᵀ (Wᵀ λ̂ + e),   δ_s = δ⁺ - P⁺ λ̂,   λ = λ̂ - Hᵀ u
+    judge:    R u is the residual at δ_s as the stage's linearisation has it
 
 A shift s of the mean behind a stage (a multiplier's impulse, mhe/smoother.c) goes on, and comes
 back alone, through the same factors:
@@ -46,15 +47,16 @@ def retreat_function(model: StateSpaceModel, predict: ca.Function) -> ca.Functio
 
 
 def smooth_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
-    """Return (δ⁺, P⁺ λ̂, λ̂, W, e, L, H) → (δ_s, λ, ‖H δ_s / σ‖²)."""
+    """Return (δ⁺, P⁺ λ̂, λ̂, W, e, L, H) → (δ_s, λ, ‖H δ_s / σ‖², σ u)."""
     n_x, n_r = model.n_x, model.n_r
     d_plus, spread = ca.SX.sym("d_plus", n_x), ca.SX.sym("spread", n_x)
     lam_hat, W, e = ca.SX.sym("lam_hat", n_x), ca.SX.sym("W", n_x, n_r), ca.SX.sym("e", n_r)
     L = ca.SX.sym("L", update.sparsity_out("L"))
     H = ca.SX.sym("H", update.sparsity_out("H"))
-    d_s = d_plus - spread
-    lam = lam_hat - H.T @ ca.solve(L.T, W.T @ lam_hat + e)
+    u = ca.solve(L.T, W.T @ lam_hat + e)
+    d_s, lam = d_plus - spread, lam_hat - H.T @ u
     length = ca.sumsqr(H @ d_s / model.noise_std)
+    expected = model.noise_std * u
     arguments = {
         "d_plus": d_plus,
         "spread": spread,
@@ -64,7 +66,20 @@ def smooth_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
         "L": L,
         "H": H,
     }
-    return _function("smooth", arguments, d_s=d_s, lam=lam, length=length)
+    return _function("smooth", arguments, d_s=d_s, lam=lam, length=length, expected=expected)
+
+
+def judge_function(model: StateSpaceModel) -> ca.Function:
+    """Return (x, y, present, expected) → by how many σ readings are off what a stage expects.
+
+    ``max |r(x) / σ - expected|`` over the rows present, of a stage's ``smooth`` and its estimate x.
+    """
+    x, y = ca.SX.sym("x", model.n_x), ca.SX.sym("y", model.n_y)
+    present = ca.SX.sym("present", model.n_r)
+    expected = ca.SX.sym("expected", model.n_r)
+    off = ca.fabs(present * (stacked_residual(model, y, x) / model.noise_std - expected))
+    arguments = {"x": x, "y": y, "present": present, "expected": expected}
+    return _function("judge", arguments, off=ca.mmax(ca.vertcat(0, off)))
 
 
 def spread_function(model: StateSpaceModel) -> ca.Function:
@@ -155,6 +170,7 @@ def window_functions(
         measure_function(model),
         shake_function(model),
         misjudge_function(model),
+        judge_function(model),
         _function("move", {"x": x, "w": w, "dt": dt}, reached=reached),
         difference_function(model),
     ]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from models.manifold import additive_manifold
@@ -64,7 +66,7 @@ def test_only_angles_are_wrapped(drawn: tuple[int, Array, Array], turns: int) ->
     wound = x.copy()
     wound[angles] += 2 * np.pi * turns
     moved = call(MODEL[n].retract, wound, delta)
-    assert np.abs(moved[angles]).max() <= np.pi
+    assert np.abs(moved[angles]).max() <= np.pi + ROUNDING
     assert np.array_equal(np.delete(moved, angles), np.delete(x + delta, angles))
     difference = call(MODEL[n].difference, wound, x)
     assert difference == pytest.approx(np.zeros(len(x)), abs=2e-14)
@@ -86,6 +88,22 @@ def test_across_the_seam(n: int, angle: str) -> None:
     assert moved[at] == pytest.approx(np.deg2rad(-177), abs=ROUNDING)
     assert call(model.difference, x, moved)[at] == pytest.approx(-delta[at], abs=ROUNDING)
     assert call(model.difference, moved, x)[at] == pytest.approx(delta[at], abs=ROUNDING)
+
+
+@given(st.floats(-1e4, 1e4))
+@example(np.pi)
+@example(np.nextafter(np.pi, 4))
+@example(-np.pi)
+@example(0.0)
+def test_an_angle_is_what_it_was_less_whole_turns(angle: float) -> None:
+    """Not moved, and within a turn, it is the same to the last bit."""
+    retract, _ = additive_manifold([True])
+    wrapped = float(call(retract, [angle], [0.0])[0])
+    rounding = 4e-16 * max(abs(angle), 10)
+    assert abs(wrapped) <= np.pi + rounding
+    assert abs(math.remainder(wrapped - angle, 2 * math.pi)) <= rounding
+    if -np.pi < angle <= np.pi:
+        assert wrapped == angle
 
 
 def test_rates_of_many_turns_are_kept() -> None:
