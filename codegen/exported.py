@@ -39,10 +39,15 @@ class Exported:
     Parameters
     ----------
     export : what to compile; cached as all generated code is
+
+    Attributes
+    ----------
+    state : the bytes of its C structure after the last measurement that was taken
     """
 
     def __init__(self, export: Export) -> None:
         [library] = build([export])
+        self.exported = export.exported
         self.model = export.exported.model
         self.name = f"{export.exported.estimator} ({export.precision.c_type}, {export.form})"
         self.dtype = np.dtype(export.precision.dtype)
@@ -58,22 +63,22 @@ class Exported:
         self._step = self._library[f"{export.prefix}_step"]
         address = ctypes.c_void_p
         self._step.argtypes = [address, ctypes.c_double, address, address]
-        self._state = ctypes.create_string_buffer(self._library.state_size())
+        self.state = ctypes.create_string_buffer(self._library.state_size())
 
     def init(self, prior: GaussianState | None = None) -> ExportedState:
         """Return the state before the first measurement; an export has its model's prior only."""
         if prior is not None:
             raise InputError("an exported estimator is given a prior, expected none: it has one")
-        self._init(self._state)
-        return ExportedState(self._state.raw)
+        self._init(self.state)
+        return ExportedState(self.state.raw)
 
     def step(
         self, state: ExportedState, measurement: Measurement
     ) -> tuple[ExportedState, Estimate]:
         """Take one measurement; return the new state and the estimate."""
-        ctypes.memmove(self._state, state.data, len(self._state))
+        ctypes.memmove(self.state, state.data, len(self.state))
         self.take(measurement.time_s, measurement.y)
-        return ExportedState(self._state.raw), self._reader.estimate(self.told())
+        return ExportedState(self.state.raw), self._reader.estimate(self.told())
 
     def take(self, time_s: float, y: Array) -> None:
         """Take one measurement into the state that is kept here: nothing is copied.
@@ -86,7 +91,7 @@ class Exported:
         with np.errstate(over="ignore"):  # too large for single precision: infinite, and told so
             self._readings[:] = y[self._columns]
         readings = self._readings.ctypes.data
-        if self._step(self._state, time_s, readings, ctypes.byref(self._estimate)):
+        if self._step(self.state, time_s, readings, ctypes.byref(self._estimate)):
             raise InputError(f"the time of a measurement is {time_s}, expected a number")
 
     def told(self) -> Array:

@@ -56,7 +56,7 @@ def smooth_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
     u = ca.solve(L.T, W.T @ lam_hat + e)
     d_s, lam = d_plus - spread, lam_hat - H.T @ u
     length = ca.sumsqr(H @ d_s / model.noise_std)
-    expected = model.noise_std * u
+    expected = ca.DM(model.noise_std) * u
     arguments = {
         "d_plus": d_plus,
         "spread": spread,

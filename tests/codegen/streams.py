@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import ctypes
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from codegen.constant_readings import constant_sensors
 from codegen.exported import Exported
 from models.arrays import Array
+
+SETTLES = 200
+"""Samples after which it no longer shows that one step was linearised elsewhere."""
 
 
 @dataclass
@@ -19,12 +24,17 @@ class Deviation:
     ----------
     mean : largest deviation of a mean's entry at every step that was looked at
     std : largest relative deviation of a standard deviation
+    std_parted : the same where the two have lately kept the factors of different stages: one was
+        within rounding of the threshold
+    parted : steps at which that happened
     eigenvalue : smallest of all correlation matrices in single precision
     statuses : steps whose statuses differ
     """
 
     mean: list[float] = field(default_factory=list)
     std: float = 0.0
+    std_parted: float = 0.0
+    parted: int = 0
     eigenvalue: float = np.inf
     statuses: int = 0
 
@@ -37,9 +47,13 @@ def compare(
     seen = Deviation()
     single.init()
     double.init()
+    kept_a, kept_b = kept_stages(single), kept_stages(double)
+    parted = -SETTLES
     for k, (time_s, y) in enumerate(stream):
         single.take(time_s, y)
         double.take(time_s, y)
+        if kept_a() != kept_b():
+            parted, seen.parted = k, seen.parted + 1
         if k % every:
             continue
         a, b = single.told(), double.told()
@@ -47,8 +61,33 @@ def compare(
         std_a, std_b = np.sqrt(np.diag(P_a)), np.sqrt(np.diag(P_b))
         difference = model.difference(a[blocks["mean"]], b[blocks["mean"]])
         seen.mean.append(float((np.abs(np.asarray(difference).ravel()) / std_b).max()))
-        seen.std = max(seen.std, float(np.abs(std_a / std_b - 1).max()))
+        off = float(np.abs(std_a / std_b - 1).max())
+        if k - parted < SETTLES:
+            seen.std_parted = max(seen.std_parted, off)
+        else:
+            seen.std = max(seen.std, off)
         smallest = float(np.linalg.eigvalsh(P_a / np.outer(std_a, std_a)).min())
         seen.eigenvalue = min(seen.eigenvalue, smallest)
         seen.statuses += int(a[blocks["status"]].item() != b[blocks["status"]].item())
     return seen
+
+
+def kept_stages(export: Exported) -> Callable[[], int]:
+    """Return what tells how many stages kept their factors in the last step; 0 for an EKF."""
+    layout, real = export.exported.loop.memory, np.ctypeslib.as_ctypes_type(export.dtype)
+    if "stayed" not in layout.shapes:
+        return lambda: 0
+    constants = max(len(constant_sensors(export.model)), 1)
+
+    class State(ctypes.Structure):
+        """As the template of the header declares it."""
+
+        _fields_ = (
+            ("times", ctypes.c_double * (3 + constants)),
+            ("started_and_at", ctypes.c_int * 2),
+            ("memory", real * layout.size * 2),
+        )
+
+    state = State.from_buffer(export.state)
+    at = layout.slices["stayed"].start
+    return lambda: int(state.memory[state.started_and_at[1]][at])

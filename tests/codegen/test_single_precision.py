@@ -44,6 +44,7 @@ def test_on_the_real_recording(name: str, dpoint_folder: Path) -> None:
     assert max(seen.mean) < 2e-3
     assert np.median(seen.mean) < 4e-4
     assert seen.std < 1e-4
+    assert seen.std_parted < 1e-3
     assert seen.eigenvalue > 0
     assert seen.statuses == 0
 
@@ -62,12 +63,19 @@ def at_rest(model: StateSpaceModel, n: int) -> Iterator[tuple[float, Array]]:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_a_million_samples(name: str) -> None:
-    """Positive definite to the end, and no further from double than after a minute."""
+    """Positive definite to the end, and no further from double than in the first hour.
+
+    Now and then a stage is so near the threshold that one precision keeps its factors and the other
+    does not. A point that is half a standard deviation away changes what is claimed by more than
+    rounding does.
+    """
     model = pen_model(DPOINT, SENSORS)
     seen = compare(*pair(name, model), at_rest(model, 1_000_000), every=97)
     assert seen.eigenvalue > 0
     assert seen.statuses == 0
     assert max(seen.mean) < 5e-3
     assert seen.std < 2e-4
+    assert seen.std_parted < 2e-3
+    assert seen.parted < 1e-3 * 1_000_000
     hour = len(seen.mean) * 36 // 100
     assert np.median(seen.mean[-hour:]) < 2 * np.median(seen.mean[:hour])
