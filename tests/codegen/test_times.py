@@ -93,4 +93,4 @@ def test_a_time_that_is_no_number_changes_nothing(time_s: float) -> None:
     state, _ = estimator.step(estimator.init(), Measurement(0.0, np.zeros(3)))
     with pytest.raises(InputError, match="expected a number"):
         estimator.step(state, Measurement(time_s, np.zeros(3)))
-    assert bytes(estimator._state.raw) == state.data
+    assert bytes(estimator.state.raw) == state.data

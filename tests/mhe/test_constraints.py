@@ -88,7 +88,7 @@ def test_linear_windows_while_they_grow(name: str, estimator: str) -> None:
 
 
 @pytest.mark.parametrize("estimator", CONVERGING)
-@pytest.mark.parametrize("seed", [0, 1, 4])
+@pytest.mark.parametrize("seed", [*(pytest.param(n, marks=pytest.mark.slow) for n in (0, 4)), 1])
 def test_pen_above_its_desk_and_beside_a_wall(seed: int, estimator: str) -> None:
     """tip_z >= c at several stages, and tip_x + tip_y <= c, on the nonlinear pen."""
     run = pens.draw_pen_run(N_STAGES, seed)
