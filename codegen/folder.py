@@ -13,6 +13,7 @@ from codegen.header import state_units, title
 from codegen.names import macros
 from codegen.sizes import Sizes, size_words
 from codegen.template import AtTemplate, filled
+from estimation.output_folder import prepare_folder
 from models.errors import InputError
 
 FLOAT_TIMES = """Times are handed over as `double`, and kept in single precision relative to an
@@ -25,25 +26,6 @@ TIMED = """Answers within @deadline s of a call, going by the clock: with as man
 time for (`@{PREFIX}_STATUS_TIME_LIMIT`), or a prediction (`@{PREFIX}_STATUS_PREDICTED`). Without a
 clock it does not compile."""
 DOUBLE_TIMES = "Times are kept in double precision, as they are handed over."
-
-
-def prepare_folder(folder: Path) -> None:
-    """Make a folder, before the work that would be lost.
-
-    Raises
-    ------
-    InputError
-        If it cannot be made or written to.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / "README.md"
-        with probe.open("ab"):
-            pass
-    except OSError as error:
-        raise InputError(
-            f"output {folder}: {error.strerror}, expected a folder that can be written"
-        ) from None
 
 
 def export_files(export: Export, sizes: Sizes | None, command: str) -> Mapping[str, str]:

@@ -2,11 +2,13 @@
 
 C source is compiled once and cached under a hash of source, flags, compiler and
 processor. Without a C compiler CasADi interprets the same functions: everything
-works, slower, and a warning says so once.
+works, slower, and a warning says so once. So it does where the cache cannot be written: then
+every process compiles for itself.
 """
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import hashlib
 import os
@@ -44,6 +46,25 @@ def cache_directory() -> Path:
         return Path(own)
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(root) / "pen-mhe"
+
+
+@cache
+def _writable(folder: Path) -> Path:
+    """Return a folder; where it cannot be written, one of this process alone, after a warning."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        warnings.warn(
+            f"cache {folder}: {error.strerror}, so compiled functions are lost when this process "
+            "ends; PEN_MHE_CACHE names another folder",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+    own = Path(tempfile.mkdtemp(prefix="pen-mhe-"))
+    atexit.register(shutil.rmtree, own, ignore_errors=True)
+    return own
 
 
 @cache
@@ -113,12 +134,18 @@ def shared_libraries(sources: Sequence[str], flags: Sequence[str] = ()) -> list[
     command = (gcc, *FLAGS, *flags)
     told = "\0".join((*_identity(gcc), *command, processor()))
     names = [hashlib.sha256(f"{told}\0{source}".encode()).hexdigest()[:24] for source in sources]
-    targets = [cache_directory() / f"{name}.so" for name in names]
+    targets = [_place(f"{name}.so") for name in names]
     missing = [(s, t) for s, t in zip(sources, targets, strict=True) if not t.exists()]
     if missing:
         with _notice(), ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
             list(pool.map(lambda pair: _build(command, *pair), missing))
     return targets
+
+
+def _place(name: str) -> Path:
+    """Return where a library is, or is to be built."""
+    cached = cache_directory() / name
+    return cached if cached.exists() else _writable(cached.parent) / name
 
 
 def _build(command: Sequence[str], source: str, target: Path) -> None:

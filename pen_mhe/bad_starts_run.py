@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from benchmark.bad_start_cases import CASES, KNOWLEDGE, case_named
 from benchmark.bad_starts import FIRST_S, BadStartRun, as_table, run_bad_start, summary
 from benchmark.registry import check_estimator
+from estimation.output_folder import prepare_folder
 from models.arrays import Array
 from pen_mhe.console import console, print_table
 from pen_mhe.figures import save
@@ -77,7 +78,7 @@ def run_bad_starts(
         case_named(case)
     for estimator in estimators:
         check_estimator(estimator)
-    output.mkdir(parents=True, exist_ok=True)
+    prepare_folder(output)
     tasks = [
         _Task(case, estimator, range(first, min(first + RUNS_PER_TASK, runs)))
         for case in cases

@@ -20,6 +20,7 @@ from benchmark.runner.run import Workers, chosen_tasks, run_tasks
 from benchmark.runner.tables import read_tables
 from benchmark.suites import find_suite
 from benchmark.tasks.suite import Scope
+from estimation.output_folder import prepare_folder
 from models.errors import InputError
 from pen_mhe.console import console, print_markdown, progress
 
@@ -41,10 +42,7 @@ def run_benchmark(
     tasks = chosen_tasks(suites, scope)
     if not tasks:
         raise InputError(f"suites {', '.join(suites)} have no tasks, expected some")
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"output {output}: {error.strerror}, expected a folder") from None
+    prepare_folder(output)
     run = about(command, list(suites), scope.seeds)
     run["sessions"] = _earlier_sessions(output, run["code"])
     started, clock = datetime.now(UTC), time.perf_counter()

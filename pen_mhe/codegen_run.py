@@ -12,8 +12,9 @@ from rich.console import Console
 from benchmark.registry import find_pen
 from codegen.export import export_c
 from codegen.exportable import EXPORTABLE, exportable
-from codegen.folder import prepare_folder, write_export
+from codegen.folder import write_export
 from codegen.sizes import find_target, measure
+from estimation.output_folder import prepare_folder
 from mhe.config import MheConfig
 from models.errors import InputError
 from models.pen import pen_model

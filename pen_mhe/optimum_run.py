@@ -25,6 +25,7 @@ from benchmark.window_comparison import (
 )
 from benchmark.window_kinds import KINDS
 from benchmark.window_reference import LONGEST_LEFT
+from estimation.output_folder import prepare_folder
 from pen_mhe.console import console, print_table
 from pen_mhe.processes import finished
 
@@ -41,7 +42,7 @@ def run_optimum(output: Path, windows: int, jobs: int, seed: int = 0) -> None:
     jobs : processes
     seed : of the first window
     """
-    output.mkdir(parents=True, exist_ok=True)
+    prepare_folder(output)
     rows = compare_all(window_table(windows, seed), jobs)
     as_table(rows).to_csv(output / "optimum.csv", index=False)
     _print_kinds(rows)

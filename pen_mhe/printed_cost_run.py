@@ -26,6 +26,7 @@ from benchmark.printed_cost import (
     SPEEDS,
     printed_cost,
 )
+from estimation.output_folder import prepare_folder
 from pen_mhe.console import console, print_table, progress
 from pen_mhe.figures import save
 
@@ -65,7 +66,7 @@ def run_printed_cost(
     output : folder to write to
     speeds, seeds, duration_s : of `benchmark.printed_cost.printed_cost`
     """
-    output.mkdir(parents=True, exist_ok=True)
+    prepare_folder(output)
     with progress("printed cost") as start:
         advance = start(len(speeds) * len(CONFIGURATIONS) * len(MODELS) * len(seeds))
         table = printed_cost(speeds, seeds, duration_s, advance)

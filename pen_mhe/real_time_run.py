@@ -16,6 +16,7 @@ from benchmark.real_time.deadlines import DeadlineRow, deadline_rows, total_step
 from benchmark.real_time.reuse import ReuseRow, reuse_rows
 from benchmark.real_time.sample_times import TimeRow, time_rows
 from benchmark.real_time.streams import CASES, available
+from estimation.output_folder import prepare_folder
 from mhe.reuse import REUSE_THRESHOLD
 from pen_mhe.console import console, print_table, progress
 from pen_mhe.figures import save
@@ -29,7 +30,7 @@ DEADLINE_CASE, RECORDED_CASE = "pen24", "dpoint-30"
 
 def run_real_time(output: Path, data: Path | None, steps: int) -> None:
     """Run all parts; print tables, write ``real_time.json`` and ``real_time_reuse.png``."""
-    output.mkdir(parents=True, exist_ok=True)
+    prepare_folder(output)
     cases = available(data)
     if len(cases) < len(CASES):
         console.print(

@@ -15,6 +15,7 @@ from benchmark.speed.problems import PROBLEMS, Problem, find_problem
 from benchmark.speed.rows import Row, write_rows
 from benchmark.speed.suite import StreamPlan, few, race_filters, race_reuse, race_windows
 from benchmark.speed.verdicts import Promise, Verdict, verdicts
+from estimation.output_folder import prepare_folder
 from pen_mhe.console import console, print_table, progress
 from pen_mhe.figures import save
 from pen_mhe.speed_figures import contender_figure, horizon_figure, in_unit
@@ -54,7 +55,7 @@ def run_speed(
     windows : at most so many per problem; all where it is None
     stream : how much of it; `StreamPlan`'s own where it is None
     """
-    output.mkdir(parents=True, exist_ok=True)
+    prepare_folder(output)
     rows: list[Row] = []
     left_out: dict[str, str] = {}
     for problem in problems:

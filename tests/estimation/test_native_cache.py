@@ -75,6 +75,26 @@ def test_the_key_depends_on_the_code_and_on_nothing_else(own_cache: Path) -> Non
     assert len(libraries(own_cache)) == 2
 
 
+def test_where_the_cache_cannot_be_written_the_process_has_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blocked = tmp_path / "file" / "cache"
+    blocked.parent.touch()
+    monkeypatch.setenv("PEN_MHE_CACHE", str(blocked))
+    with pytest.warns(RuntimeWarning, match="cache .*file/cache: Not a directory, so") as told:
+        [first] = native.function_libraries([[small_function()]])
+    assert len(told) == 1
+    assert first.is_file()
+    assert native.function_libraries([[small_function()]]) == [first]
+    assert native.function_libraries([[small_function(3.0)]])[0].parent == first.parent
+
+
+def test_a_cache_that_is_only_read_serves(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = native.function_libraries([[small_function()]])
+    monkeypatch.setattr(native, "_writable", pytest.fail)
+    assert native.function_libraries([[small_function()]]) == made
+
+
 def test_the_processor_is_more_than_its_architecture() -> None:
     """Code for this machine's own instructions must not run on an older one."""
     if not Path("/proc/cpuinfo").exists():

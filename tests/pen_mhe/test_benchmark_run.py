@@ -163,7 +163,7 @@ def test_an_output_that_is_no_folder_gets_a_sentence(tmp_path: Path) -> None:
     for output in (tmp_path / "file", tmp_path / "file" / "below"):
         message = sentence(call("benchmark", "pen", "--output", str(output)))
         assert message.startswith(f"output {output}: ")
-        assert message.endswith("expected a folder")
+        assert message.endswith("expected a folder that can be written")
 
 
 @pytest.mark.usefixtures("few")
