@@ -67,18 +67,23 @@ static integer unchanged(const Window *s, const real *memory, const real *deviat
     return k;
 }
 
-/* The oldest stage leaves, eliminated as its factors were made: those behind it follow from the
- * new prior's covariance P as they are, where they were the factors of the window `given`. */
+/* Whether the factors of the oldest stage of the window `given` are there. */
+static int has_oldest(const Window *s, const real *given)
+{
+    const Memory *at = &s->memory;
+    return has_prior(s, given + at->prior_deviation, given + at->prior_covariance)
+           && has_readings(s, 0, given, given + at->x_lin, given + at->present);
+}
+
+/* The oldest stage, whose factors are there, leaves, eliminated as they were made: those behind it
+ * follow from the new prior's covariance P as they are, where they were the factors of the window
+ * `given`. */
 static void leave(const Window *s, const real *given, const real *P)
 {
     const Work *o = &s->work;
     const integer n_x = s->model.n_x;
-    const real *x = given + s->memory.x_lin, *w = given + s->memory.w_lin;
-    if (o->ring[MADE] < 2
-        || !has_prior(s, given + s->memory.prior_deviation, given + s->memory.prior_covariance)
-        || !has_readings(s, 0, given, x, given + s->memory.present)
-        || *SLOT(o->at_time, 1, 1) != given[s->memory.times + 1]
-        || !has_noises(s, 1, w, o->unit_noises))
+    if (o->ring[MADE] < 2 || *SLOT(o->at_time, 1, 1) != given[s->memory.times + 1]
+        || !has_noises(s, 1, given + s->memory.w_lin, o->unit_noises))
         return;
     copy(o->P_first, P, n_x * n_x);
     o->ring[OLDEST_SLOT] = slot(s, 1);
@@ -112,7 +117,7 @@ static int condition(const Window *s, integer k)
 
 /* Kalman stages linearised at (x, w), from the prior's deviation δ⁻ at the first stage;
  * conditioned on the rows of the active set where these are `held`. Returns the sum of squared
- * whitened innovations, NAN where rows cannot be held. */
+ * whitened innovations of the stages that it made, NAN where rows cannot be held. */
 static real forward(const Window *s, const real *memory, const real *deviation, const real *x,
                     const real *w, const real *row_scale, const real *noise_scale, int held)
 {
@@ -165,9 +170,9 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
                    STAGE(memory + s->memory.present, k, n_r), told);
         }
     }
-    if (held) o->ring[MADE] = 0; /* factors of another problem */
     real squares = 0;
-    for (integer k = 0; k < count; k++)
+    for (integer k = first; k < count; k++)
         squares += dot(SLOT(o->e, k, n_r), SLOT(o->e, k, n_r), n_r);
+    if (held || !isfinite(squares)) o->ring[MADE] = 0; /* factors of another problem, or of none */
     return squares;
 }

@@ -285,8 +285,9 @@ class WindowPass:
             window.costate[k], window.away[k] = lam_hat, 0
             smoothed = self._smooth(u, lam_hat, u.deviation, u.e)
             d_s[k], lam, window.length[k], expected[k] = smoothed
-        noise = (((w_s - w) / forward.noises) ** 2).sum()
-        length = float(window.length.sum() + noise)
+            if k < n - 1:
+                window.length[k] += (((w_s[k] - w[k]) / forward.noises[k]) ** 2).sum()
+        length = float(window.length.sum())
         return Smoothed(d_s, -lam, w_s, length, expected, oldest)
 
     def _smooth(

@@ -54,8 +54,10 @@ static real news(const Window *s, integer k, const real *before)
 }
 
 /* The pass back, to the first stage without news. Returns the oldest stage that it smoothed; noises are
- * written into `w_s`, costates and squared lengths of the readings' steps into the state. */
-static integer renew(const Window *s, real *memory, const real *noise_scale, real *w_s)
+ * written into `w_s`, costates and squared lengths of the steps into the state: a stage's is that of
+ * its readings and of the noise that leaves it. */
+static integer renew(const Window *s, real *memory, const real *w, const real *noise_scale,
+                     real *w_s)
 {
     const Work *o = &s->work;
     const Memory *at = &s->memory;
@@ -79,6 +81,9 @@ static integer renew(const Window *s, real *memory, const real *noise_scale, rea
         away[k] = 0;
         copy(STAGE(costate, k, n_x), o->lambda_hat, n_x);
         length[k] = smooth_stage(s, k, FREE);
+        if (k < count - 1)
+            length[k] += noise_length(s, STAGE(w_s, k, n_w), STAGE(w, k, n_w),
+                                      STAGE(noise_scale, k, n_w), 1);
     }
     return 0;
 }
@@ -105,11 +110,10 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     }
     const real *deviation = memory + at->prior_deviation;
     const real squares = forward(s, memory, deviation, x_lin, w_lin, row_scale, noise_scale, 0);
-    const integer from = renew(s, memory, noise_scale, w_s);
+    const integer from = renew(s, memory, w_lin, noise_scale, w_s);
     const integer before = from > 0 ? from - 1 : 0; /* the noise that leads to `from` is new too */
     copy(w_s, w, before * n_w);
     for (integer k = 0; k < count; k++) length += memory[at->length + k];
-    length += noise_length(s, w_s, w_lin, noise_scale, count - 1);
     solved->passes = 1;
     if (!isfinite(readings) || !isfinite(squares) || !isfinite(length)) return STATUS_NOT_FINITE;
     if (CONSTRAINED && s->n_c > 0) {

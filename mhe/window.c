@@ -67,23 +67,26 @@ static void arrive(const Window *s, const real *given, int kept, real *memory)
         copy(o->d_minus_prior, given + s->memory.prior_deviation, n_x);
     } else
         difference(s, mean, x_lin, o->d_minus_prior);
+    const int made = kept && has_oldest(s, given);
+    const real *d_plus = made ? SLOT(o->d_plus, 0, n_x) : o->d_prior;
+    const real *P_plus = made ? SLOT(o->P_plus, 0, n_x * n_x) : o->P_prior;
     real *updated[] = {o->d_prior, o->P_prior, 0, 0, 0, 0, 0, 0};
     real *predicted[] = {o->reached, o->d_minus_prior, new_P, 0, 0};
-    update(m, o->d_minus_prior, P, x_lin, y, row_scale, updated);
+    if (!made) update(m, o->d_minus_prior, P, x_lin, y, row_scale, updated);
     if (!at_window) { /* an EKF: predict from its new mean */
         retract(m, mean, o->d_prior, o->x_prior);
         memset(o->d_prior, 0, (size_t)n_x * sizeof(real));
         x_lin = o->x_prior;
         w = o->no_noise;
     }
-    predict(m, o->d_prior, o->P_prior, x_lin, w, &dt, noise_scale, predicted);
+    predict(m, d_plus, P_plus, x_lin, w, &dt, noise_scale, predicted);
     retract(m, o->reached, o->d_minus_prior, new_mean);
     real *deviation = memory + s->memory.prior_deviation;
     const real *first = given + s->memory.x_lin + n_x;
     if (kept) { /* exactly as the forward pass has it: its factors stay */
         difference(s, o->reached, first, o->defect);
         for (integer i = 0; i < n_x; i++) deviation[i] = o->d_minus_prior[i] + o->defect[i];
-        leave(s, given, new_P);
+        if (made) leave(s, given, new_P);
     } else
         difference(s, new_mean, first, deviation);
 }
