@@ -4,8 +4,8 @@ A kept stage is eliminated, when it leaves, where its factors were made, and not
 would have it (the arrival cost ``filtered``). Where sensors hold all states that changes the
 newest state by a few hundredths of its standard deviation, whatever the threshold; full passes
 that eliminate at the window's estimate (``smoothed``) are a few thousandths away. Most passes get
-three times as fast with N = 20, ten times with N = 100 (`pen-mhe real-time`): what takes time is
-the few stages that moved, not the horizon. Where sensors do not hold all states
+three to four times as fast with N = 20, ten times with N = 100 (`pen-mhe real-time`): what takes
+time is the few stages that moved, not the horizon. Where sensors do not hold all states
 (no camera: heading, position, and in its wake the elevation are not observable), what an
 estimator claims of such a direction follows from its linearisation points alone, and by
 default every pass is a full one.
