@@ -12,9 +12,9 @@ import numpy as np
 from ekf_baseline.ekf import EkfConfig, EkfState, filter_loop, packed_state
 from estimation.estimator import first_state
 from estimation.loop import Loop
-from mhe.compiled import window_loop
+from mhe.compiled.loop import window_loop
 from mhe.config import MheConfig
-from mhe.realtime import first_window, window_memory
+from mhe.window_memory import first_window, window_memory
 from models.arrays import Array
 from models.errors import InputError
 from models.state_space import StateSpaceModel

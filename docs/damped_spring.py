@@ -8,11 +8,11 @@ estimation error of a linear model and is left out.)
 import casadi as ca
 import numpy as np
 
-from benchmark.metrics import state_errors
-from benchmark.registry import LEAST_SQUARES, create_estimator
-from benchmark.simulate import simulate_model
 from estimation.estimator import run
 from models.own_model import OwnSensor, own_model
+from pen_mhe.errors import state_errors
+from pen_mhe.estimators import LEAST_SQUARES, create_estimator
+from recordings.simulate_pen import simulate_model
 
 MASS, STIFFNESS, DAMPING, DISTURBANCE = 1.0, 1.0, 0.5, 0.1
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,6 +13,9 @@ from models.arrays import Array
 from models.errors import InputError
 
 HESSIANS = ("gauss-newton", "exact")
+
+Clock = Callable[[], float]
+"""Seconds that only grow; any origin."""
 
 
 @dataclass(frozen=True)

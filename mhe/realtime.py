@@ -1,9 +1,9 @@
 """The real-time moving-horizon estimators: Gauss-Newton passes of the Kalman stage.
 
-A Gauss-Newton step of the window problem (`mhe.window`) is a pass of the EKF's own stage
+A Gauss-Newton step of the window problem (`mhe.reference.window`) is a pass of the EKF's own stage
 over the window, linearised at the current trajectory, and a smoother's pass back
 (`mhe.stage_functions`). Both run in compiled C, mhe/*.c; without a compiler the same
-stages run in CasADi's virtual machine (`mhe.interpreted`).
+stages run in CasADi's virtual machine (`mhe.interpreted.loop`).
 
 ``mhe-rti`` makes one pass per sample and takes its full step. ``mhe`` makes passes until a
 step is shorter than the tolerance, in standard deviations; a backtracking line search
@@ -20,136 +20,22 @@ ICASSP.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 
 from estimation import native
 from estimation.estimate import Estimate, EstimateHistory, Window
-from estimation.estimator import first_state
-from estimation.kalman_stage import rows_present, without_gaps
-from estimation.layout import Layout
 from estimation.recording import Measurement
 from estimation.result import ResultReader
-from mhe import constraint_rows
-from mhe.arrival_cost import diffuse
-from mhe.compiled import CompiledWindow
-from mhe.config import MheConfig
-from mhe.deadline import Clock
-from mhe.fallback import Fallback
-from mhe.interpreted import InterpretedWindow
+from mhe.compiled.loop import CompiledWindow
+from mhe.config import Clock, MheConfig
+from mhe.interpreted.loop import InterpretedWindow
+from mhe.sparse_qp.fallback import Fallback
 from mhe.trajectory import Trajectory, WindowSolution
+from mhe.window_memory import WindowState, first_window, packed_window, window_memory
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
-
-
-@dataclass(frozen=True, eq=False)
-class WindowState:
-    """The window after the last measurement, as one flat array; see `window_memory`."""
-
-    memory: Array
-
-
-def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
-    """Return the layout of a window: stages oldest first, `count` of them.
-
-    ``x_lin`` and ``w_lin`` are what the last pass was linearised at, ``moved`` how far
-    the stage is from there, squared (`mhe.reuse`), ``active`` and ``demanded`` marks of the rows of
-    `mhe.constraint_rows`. ``costate`` is λ̂ that smoothed each stage, ``away`` how far later
-    readings would have moved it, ``length`` its share of the squared length of the last step;
-    the first ``stayed`` stages have the factors that they were smoothed with.
-    ``prior_deviation`` is that of the prior's mean from ``x_lin``, ``predicted`` x_k|k-1 of each
-    stage when it was the newest, ``newest_mean`` and ``newest_covariance`` the last estimate.
-    """
-    n_x, n_w, n_c = model.n_x, model.n_w, constraint_rows.count(model)
-    return Layout(
-        "Memory",
-        {
-            "count": (),
-            "times": (n_stages,),
-            "y": (n_stages, model.n_y),
-            "present": (n_stages, model.n_r),
-            "x": (n_stages, n_x),
-            "w": (n_stages - 1, n_w),
-            "x_lin": (n_stages, n_x),
-            "w_lin": (n_stages - 1, n_w),
-            "moved": (n_stages,),
-            "costate": (n_stages, n_x),
-            "away": (n_stages,),
-            "length": (n_stages,),
-            "stayed": (),
-            "active": (n_stages, n_c),
-            "demanded": (n_stages, n_c),
-            "predicted": (n_stages, n_x),
-            "prior_mean": (n_x,),
-            "prior_covariance": (n_x, n_x),
-            "prior_deviation": (n_x,),
-            "newest_mean": (n_x,),
-            "newest_covariance": (n_x, n_x),
-        },
-    )
-
-
-def packed_window(
-    model: StateSpaceModel,
-    n_stages: int,
-    prior: GaussianState,
-    measurements: Sequence[Measurement],
-    trajectory: Trajectory,
-) -> WindowState:
-    """Return the state whose window holds some measurements and a trajectory.
-
-    Parameters
-    ----------
-    prior : of the first stage, given all measurements before it
-    measurements : at most `n_stages`
-    """
-    layout, count = window_memory(model, n_stages), len(measurements)
-    memory = np.zeros(layout.size)
-    states, noises = trajectory.states, trajectory.noises
-    per_stage: dict[str, Any] = {
-        "times": [m.time_s for m in measurements],
-        "y": [without_gaps(m.y) for m in measurements],
-        "present": [rows_present(model, m.y) for m in measurements],
-        "demanded": [constraint_rows.demanded(model, m.y) for m in measurements],
-        "x": states,
-        "x_lin": states,
-        "moved": np.inf,  # nothing has factors yet
-        "predicted": states,
-    }
-    for block, value in per_stage.items():
-        layout.view(memory, block)[:count] = value
-    whole: dict[str, Any] = {
-        "count": count,
-        "prior_mean": prior.mean,
-        "prior_covariance": prior.covariance,
-        "prior_deviation": -np.asarray(model.difference(states[0], prior.mean)).ravel(),
-        "newest_mean": states[-1],
-        "newest_covariance": prior.covariance,
-    }
-    for block, value in whole.items():
-        layout.view(memory, block)[...] = value
-    for block in ("w", "w_lin"):
-        layout.view(memory, block)[: count - 1] = noises
-    return WindowState(memory)
-
-
-def first_window(
-    model: StateSpaceModel, config: MheConfig, memory: Layout, prior: GaussianState | None
-) -> WindowState:
-    """Return the state before the first measurement; a prior of None is the model's."""
-    prior = first_state(model, prior)
-    if config.arrival_cost == "none":
-        prior = diffuse(prior)
-    state = np.zeros(memory.size)
-    for part in ("prior", "newest"):
-        memory.view(state, f"{part}_mean")[:] = prior.mean
-        memory.view(state, f"{part}_covariance")[:] = prior.covariance
-    return WindowState(state)
 
 
 class MheRti:

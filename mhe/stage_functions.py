@@ -7,8 +7,8 @@ the oldest, λ̂ = 0 at the newest (modified Bryson-Frazier form):
     smooth:   u = L⁻ᵀ (Wᵀ λ̂ + e),   δ_s = δ⁺ - P⁺ λ̂,   λ = λ̂ - Hᵀ u
     judge:    R u is the residual at δ_s as the stage's linearisation has it
 
-A shift s of the mean behind a stage (a multiplier's impulse, mhe/smoother.c) goes on, and comes
-back alone, through the same factors:
+A shift s of the mean behind a stage (a multiplier's impulse, mhe/compiled/smoother.c) goes on, and
+comes back alone, through the same factors:
 
     propagate:  z = F s,   Δe = -L⁻¹ H z,   Δδ⁺ = z + W Δe
     absorb:     λ = λ̂ - Hᵀ L⁻ᵀ (Wᵀ λ̂ + Δe)

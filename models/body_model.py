@@ -19,7 +19,8 @@ from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.manifold import additive_manifold, no_inequality
-from models.measurement import MovingBody, bias_states, sensor_model
+from models.sensor_kinds.reading import MovingBody
+from models.sensor_kinds.table import bias_states, sensor_model
 from models.state_space import StateSpaceModel
 from models.units import readable_unit
 
@@ -80,7 +81,7 @@ def body_model(
     ----------
     name : for people
     body : in the symbols of `kinematics`
-    sensors : name → one of `models.sensors.Sensor`, in the order to stack them
+    sensors : name → one of `models.sensor_kinds.table.Sensor`, in the order to stack them
     """
     biases = {key: bias_states(key, sensor) for key, sensor in sensors.items()}
     symbols = {key: ca.SX.sym(f"b_{key}", len(bias.names)) for key, bias in biases.items()}

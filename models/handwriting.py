@@ -22,7 +22,7 @@ from pydantic import PositiveFloat, PositiveInt, model_validator
 
 from models.arrays import Array
 from models.config import UnitConfig
-from models.sensors import NonNegative, Vector3
+from models.sensor_kinds.mounted import NonNegative, Vector3
 
 
 class SineBand(UnitConfig):

@@ -17,7 +17,7 @@ from pydantic import Field, model_validator
 
 from models.arrays import Array
 from models.config import UnitConfig
-from models.sensors import Vector3
+from models.sensor_kinds.mounted import Vector3
 
 
 class MinimumJerk(UnitConfig):

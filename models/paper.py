@@ -17,7 +17,7 @@ from typing import Any
 from pydantic import PositiveFloat
 
 from models.config import UnitConfig
-from models.sensors import Contact
+from models.sensor_kinds.contact import Contact
 from models.state_space import StateSpaceModel
 
 TIP_HEIGHT = "tip_z_m"

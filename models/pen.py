@@ -28,12 +28,14 @@ from models.body_model import Kinematics, body_model, choose_sensors
 from models.config import UnitConfig
 from models.heading import heading_symmetry
 from models.kinematics import RigidBody
-from models.measurement import MovingBody
 from models.paper import Paper, above_paper, check_paper
 from models.printed import PrintedBody, PrintedError, check_printed_pen
 from models.process_noise import constant_acceleration, white_jerk_factor
 from models.rotation import world_to_body
-from models.sensors import Sensor, Vector3, WritingArea
+from models.sensor_kinds.mounted import Vector3
+from models.sensor_kinds.reading import MovingBody
+from models.sensor_kinds.table import Sensor
+from models.sensor_kinds.writing_area import WritingArea
 from models.state_space import StateSpaceModel
 
 UNIFORM_ANGLE_STD_RAD = math.pi / math.sqrt(3)

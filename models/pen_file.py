@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
@@ -13,7 +15,7 @@ from pydantic import ValidationError
 from models.config import UnitConfig
 from models.errors import InputError
 from models.pen import PenConfig
-from models.sensors import SENSOR_KINDS
+from models.sensor_kinds.table import SENSOR_KINDS
 
 ConfigT = TypeVar("ConfigT", bound=UnitConfig)
 
@@ -111,3 +113,22 @@ def _one_sentence(error: ValidationError, where: str) -> str:
     more = error.error_count() - 1
     rest = f" (and {more} more)" if more else ""
     return f"{where}: key {'.'.join(keys) or '(top level)'}: {message}{rest}"
+
+
+@cache
+def bundled_pens() -> Mapping[str, Path]:
+    """Return the pen files that come with the package, by name."""
+    folder = Path(str(resources.files("models"))) / "pens"
+    return MappingProxyType({path.stem: path for path in sorted(folder.glob("*.toml"))})
+
+
+def find_pen(pen: str | Path) -> PenConfig:
+    """Load a pen file, or a bundled pen by its name."""
+    if str(pen) in bundled_pens() and not Path(pen).is_file():
+        return load_pen(bundled_pens()[str(pen)])
+    if not Path(pen).exists():
+        raise InputError(
+            f"pen file {pen} does not exist; expected a file, "
+            f"or a bundled pen: {', '.join(bundled_pens())}"
+        )
+    return load_pen(pen)

@@ -32,7 +32,8 @@ import casadi as ca
 
 from models.kinematics import RigidBody
 from models.rotation import world_to_body
-from models.sensors import IDENTITY, Accelerometer
+from models.sensor_kinds.inertial import Accelerometer
+from models.sensor_kinds.mounted import IDENTITY
 
 PrintedError = Literal["E2", "E3", "E4"]
 PRINTED_ERRORS: tuple[PrintedError, ...] = get_args(PrintedError)

@@ -28,20 +28,20 @@ class SensorModel:
     Parameters
     ----------
     name : its name in the pen file
-    kind : one of `models.sensors.SENSOR_KINDS`, for display only
+    kind : one of `models.sensor_kinds.table.SENSOR_KINDS`, for display only
     axes, unit_of_axis : the components of a reading y and their units
     h : casadi.Function (n_x,) -> (n_y,), the reading without noise
     residual : casadi.Function (n_y,), (n_x,) -> (n_r,), y "minus" h(x); its rows
         are in the unit of `noise_std`
     noise_std, unit_of_row : (n_r,) standard deviation and unit of the residual's rows,
         the quantiser's error included
-    rate_hz, delay_s : see `models.sensors.SensorBase`
+    rate_hz, delay_s : see `models.sensor_kinds.mounted.SensorBase`
     constant_reading : (n_y,) for a sensor without readings of its own, else None
     reading_limit : the range: no reading lies beyond ± this, in the reading's unit
     resolution : step of the quantiser, in the reading's unit; 0 has none
     touched_height : of a sensor that reads this height while the tip touches it, and
         nothing in the air; None for others
-    dropout_fraction : see `models.sensors.SensorBase`
+    dropout_fraction : see `models.sensor_kinds.mounted.SensorBase`
     bias_states : names of the model's states that are this sensor's biases
     bias_walk : density of their random walk, the reading's unit per √s
     """

@@ -34,7 +34,7 @@ from scipy.special import ndtr
 
 from models.arrays import Array
 from models.config import UnitConfig
-from models.sensors import NonNegative, Vector3
+from models.sensor_kinds.mounted import NonNegative, Vector3
 
 
 class LognormalStroke(UnitConfig):

@@ -38,11 +38,11 @@ from models.arrays import Array
 from models.body_model import Kinematics, body_model, choose_sensors
 from models.config import UnitConfig
 from models.kinematics import RigidBody
-from models.measurement import MovingBody
 from models.pen_file import load_config
 from models.process_noise import constant_velocity, white_acceleration_factor
 from models.rotation import about_z
-from models.sensors import Sensor
+from models.sensor_kinds.reading import MovingBody
+from models.sensor_kinds.table import Sensor
 from models.state_space import StateSpaceModel
 
 TILTS = ("tilt_phi", "tilt_theta")

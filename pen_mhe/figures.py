@@ -13,9 +13,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmark.ink import InkMatch
 from estimation.estimate import EstimateHistory
 from estimation.recording import Truth
+from recordings.ink import InkMatch
 
 FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
 ANGLES = (("azimuth_rad", "azimuth"), ("elevation_rad", "elevation"), ("spin_rad", "spin"))

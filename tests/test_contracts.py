@@ -10,16 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmark.registry import (
-    ESTIMATORS,
-    EstimatorSettings,
-    bundled_pens,
-    contract_models,
-    create_estimator,
-    find_pen,
-)
-from benchmark.simulate import simulate_recording
-from benchmark.simulate_turntable import simulate_table
+from benchmark.configurations import contract_models
 from estimation.estimator import run_measurements
 from estimation.recording import Measurement, Recording
 from mhe.arrival_cost import ARRIVAL_COSTS
@@ -27,7 +18,11 @@ from mhe.config import MheConfig
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.pen import pen_model
+from models.pen_file import bundled_pens, find_pen
 from models.turntable import paper_turntable
+from pen_mhe.estimators import ESTIMATORS, EstimatorSettings, create_estimator
+from recordings.simulate_pen import simulate_recording
+from recordings.simulate_turntable import simulate_table
 from tests.contracts import check_failures, check_history, check_inputs_unchanged, check_model
 
 DURATION_S = 0.25

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmark.metrics import state_errors
-from benchmark.registry import LEAST_SQUARES, EstimatorSettings, create_estimator
-from benchmark.simulate import simulate_model
 from estimation.estimator import run
 from mhe.config import MheConfig
 from models.arrays import Array
 from models.state_space import StateSpaceModel
+from pen_mhe.errors import state_errors
+from pen_mhe.estimators import LEAST_SQUARES, EstimatorSettings, create_estimator
+from recordings.simulate_pen import simulate_model
 from tests.references import casadi_arrival, kalman
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "docs" / "damped_spring.py"
@@ -43,7 +43,7 @@ Q, R = DISTURBANCE_STD**2 * G @ G.T, np.array([[NOISE_STD**2]])
 def names() -> dict[str, Any]:
     """What the example defines, without its loop over the estimators."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("benchmark.registry.LEAST_SQUARES", {})
+        patch.setattr("pen_mhe.estimators.LEAST_SQUARES", {})
         return runpy.run_path(str(EXAMPLE))
 
 

@@ -13,7 +13,7 @@ sys.path.insert(0, sys.argv[1])
 sys.argv = ["pen-mhe", *sys.argv[2:]]
 import models, estimation, ekf_baseline, classical_baseline, mhe, codegen, benchmark, pen_mhe
 assert all(m.__file__.startswith(sys.path[0]) for m in (models, mhe, pen_mhe)), models.__file__
-from pen_mhe.cli import app
+from commands.cli import app
 app()
 """
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from benchmark.configurations import CONFIGURATIONS
 from benchmark.figures.figure import Figure
-from benchmark.registry import CONFIGURATIONS
 from benchmark.report.advice import CONVERGED, SIMPLE, Advice, advice
 from benchmark.report.broken import Broken, broken_off
 from benchmark.report.cost import Cost, costs

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from benchmark.configurations import CONFIGURATIONS
 from benchmark.figures.style import NAMED
-from benchmark.registry import CONFIGURATIONS
 from benchmark.tasks.task import OK
 
 if TYPE_CHECKING:

@@ -8,13 +8,14 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmark.suites import find_suite
 from benchmark.tasks.suite import Scope
-from benchmark.tasks.task import Task
 from models.errors import InputError
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-ROOMS = ("models", "estimation", "ekf_baseline", "classical_baseline", "mhe", "benchmark")
+ROOMS = (
+    *("models", "estimation", "ekf_baseline", "classical_baseline", "mhe", "recordings"),
+    *("pen_mhe", "benchmark", "suites"),
+)
 SHOWS_ONLY = ("benchmark/report", "benchmark/figures", "benchmark/verdicts")
 """Code that no result depends on."""
 
@@ -53,9 +54,13 @@ def folder_identity(folder: Path) -> str:
     return digest.hexdigest()[:16]
 
 
-def task_identity(task: Task, scope: Scope) -> str:
-    """Return what a finished task must have been run with to count as finished."""
-    recordings = find_suite(task.suite).reads(task)
+def task_identity(recordings: str, scope: Scope) -> str:
+    """Return what a finished task must have been run with to count as finished.
+
+    Parameters
+    ----------
+    recordings : the folder within `Scope.data` that it reads; empty where it reads none
+    """
     if not recordings or scope.data is None:
         return code_identity()
     try:

@@ -9,12 +9,9 @@ from pathlib import Path
 from typing import Protocol
 
 from benchmark.runner.cluster import run_on_cluster
-from benchmark.runner.execute import execute
-from benchmark.runner.identity import task_identity
 from benchmark.runner.journal import Journal
 from benchmark.runner.processes import run_here, run_in_processes
 from benchmark.runner.tables import write_tables
-from benchmark.suites import find_suite
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Outcome, Task
 
@@ -53,19 +50,14 @@ class Workers:
         return run_in_processes(function, tasks, self.jobs)
 
 
-def chosen_tasks(suites: Sequence[str], scope: Scope) -> list[Task]:
-    """Return all tasks of suites; of one that lacks its data, those that need none."""
-    return [task for name in suites for task in find_suite(name).tasks(scope)]
-
-
 def run_tasks(
     tasks: Sequence[Task],
     scope: Scope,
     workers: Workers,
     folder: Path,
     on_start: Callable[[int], Callable[[int], None]],
-    function: TaskFunction = execute,
-    identity: Callable[[Task, Scope], str] = task_identity,
+    function: TaskFunction,
+    identity: Callable[[Task, Scope], str],
 ) -> int:
     """Run the tasks that a folder's journal has not, then write the tables of all.
 

@@ -18,7 +18,7 @@ class Task:
 
     Parameters
     ----------
-    suite : a key of `benchmark.suites.SUITES`
+    suite : a key of `suites.table.SUITES`
     case : of the suite: a motion, a start, a camera rate
     sensors : name of the configuration
     estimator : its name

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from pen_mhe import codegen_run
-from pen_mhe.cli import app
+from commands import codegen_run
+from commands.cli import app
 
 FILES = {"pen.h", "pen.c", "pen_model.c", "main.c", "CMakeLists.txt", "README.md"}
 

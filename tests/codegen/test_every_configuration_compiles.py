@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmark.registry import contract_models
+from benchmark.configurations import contract_models
 from models.paper import Paper
 from models.pen import pen_model
 from tests.codegen.exports import made

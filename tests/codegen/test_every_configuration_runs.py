@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmark.registry import contract_models
+from benchmark.configurations import contract_models
 from estimation.recording import Measurement, Recording
 from models.state_space import StateSpaceModel
 from tests.closeness import covariance_error, mean_error

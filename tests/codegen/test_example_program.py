@@ -12,14 +12,14 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from benchmark.registry import find_pen
-from benchmark.simulate import simulate_recording
 from codegen.example import headers
 from codegen.folder import export_files
+from commands.cli import app
 from models.pen import pen_model
-from pen_mhe.cli import app
-from pen_mhe.columns import recording_columns
-from pen_mhe.tables import recording_to_table
+from models.pen_file import find_pen
+from recordings.formats.columns import recording_columns
+from recordings.formats.tables import recording_to_table
+from recordings.simulate_pen import simulate_recording
 from tests.codegen.exports import made
 from tests.engines import needs_compiler
 

@@ -7,8 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.registry import find_pen
-from benchmark.simulate import simulate_recording
 from ekf_baseline.ekf import EkfConfig
 from estimation.estimate import Estimate
 from estimation.recording import Measurement
@@ -17,8 +15,10 @@ from mhe.config import MheConfig
 from mhe.realtime import MheRti
 from models.gaussian import GaussianState
 from models.pen import pen_model
+from models.pen_file import find_pen
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
+from recordings.simulate_pen import simulate_recording
 from tests.closeness import estimate_error
 from tests.codegen.exports import Config, exported, interpreted, told
 from tests.disturbed import ABSURD_AT, EMPTY_AT, INFINITE_AT, LATE_AT, SATURATED_AT, disturbed

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmark.registry import find_pen
 from codegen.estimate_fields import estimate_fields, estimate_structure, offsets
 from codegen.export import export_c
 from codegen.exportable import exportable
@@ -21,6 +20,7 @@ from mhe.config import MheConfig
 from mhe.realtime import MheRti
 from models.errors import InputError
 from models.pen import pen_model
+from models.pen_file import find_pen
 from models.units import readable_unit
 from tests.codegen.exports import made
 from tests.codegen.toolchains import written

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmark.registry import find_pen
-from benchmark.written import load_dpoint
 from codegen.export import export_c
 from codegen.exportable import exportable
 from codegen.exported import Exported
 from models.arrays import Array
 from models.pen import pen_model
+from models.pen_file import find_pen
 from models.state_space import StateSpaceModel
+from recordings.written import load_dpoint
 from tests.codegen.streams import compare
 from tests.engines import needs_compiler
 

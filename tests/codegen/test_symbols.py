@@ -9,7 +9,7 @@ import pytest
 
 from codegen.export import export_c
 from codegen.exportable import exportable
-from mhe.compiled import FUNCTIONS_OF
+from mhe.compiled.loop import FUNCTIONS_OF
 from mhe.config import MheConfig
 from models.state_space import StateSpaceModel
 from tests.codegen.exports import made

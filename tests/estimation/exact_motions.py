@@ -12,7 +12,9 @@ from estimation.observability import Observability, observability
 from estimation.recording import Measurement
 from models.arrays import Array
 from models.pen import pen_model
-from models.sensors import Accelerometer, Gyroscope, PoseCamera, WritingArea
+from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.pose_camera import PoseCamera
+from models.sensor_kinds.writing_area import WritingArea
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, CAMERA, GYROSCOPE, call, pen
 

@@ -14,11 +14,11 @@ from estimation.estimator import run_measurements
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheConfig
-from mhe.ipopt import MheIpopt
+from mhe.reference.ipopt import MheIpopt
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import pen_model
-from models.sensors import Gyroscope
+from models.sensor_kinds.inertial import Gyroscope
 from models.state_space import StateSpaceModel
 from tests.linear_models import LinearSystem, coupled_system
 from tests.models.pens import GYROSCOPE, pen

@@ -14,7 +14,7 @@ from estimation.estimator import Estimator, run, run_measurements
 from estimation.recording import Measurement, Recording
 from estimation.status import Status
 from mhe.config import MheConfig
-from mhe.ipopt import MheIpopt
+from mhe.reference.ipopt import MheIpopt
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import Prior, ProcessNoise, pen_model

@@ -16,11 +16,12 @@ from estimation.kalman_stage import rows_present
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheConfig
-from mhe.ipopt import MheIpopt
 from mhe.realtime import Mhe, MheRti
+from mhe.reference.ipopt import MheIpopt
 from models.pen import pen_model
+from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_model import SATURATED_FRACTION
-from models.sensors import Accelerometer, Gyroscope, PoseCamera
 from models.state_space import StateSpaceModel
 from tests.estimation import pens
 from tests.models.pens import ACCELEROMETER, CAMERA, GYROSCOPE, pen

@@ -8,11 +8,11 @@ import math
 import numpy as np
 import pytest
 
-from benchmark.registry import find_pen
 from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import pen_model
+from models.pen_file import find_pen
 from models.state_space import StateSpaceModel
 from tests.estimation.test_measurements import CENTRE, model_with_area, recording_at
 

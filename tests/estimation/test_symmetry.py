@@ -6,14 +6,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from benchmark.observe import judge, observe
-from benchmark.registry import find_pen
-from benchmark.simulate import simulate_recording
 from estimation.symmetry import direction, holds
 from models.arrays import Array
 from models.heading import heading_symmetry
 from models.pen import pen_model
+from models.pen_file import find_pen
 from models.state_space import StateSpaceModel
+from pen_mhe.observe import judge, observe
+from recordings.simulate_pen import simulate_recording
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 

@@ -8,11 +8,11 @@ from functools import cache
 
 import numpy as np
 
-from benchmark.registry import find_pen
-from benchmark.speed.problems import BODIES
+from benchmark.bodies import BODIES
 from models.gaussian import GaussianState
 from models.paper import Paper
 from models.pen import pen_model
+from models.pen_file import find_pen
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
 from tests.estimation import pens

@@ -2,7 +2,8 @@
 
 IPOPT starts where `mhe` starts. Its barrier keeps a weakly active state off its bound by about
 the root of its complementarity, so its word is good to 4e-7 standard deviations there. Where the
-rows are stiff it may stop early: a sequence of QPs (`mhe.sequential_qp`) then carries on there.
+rows are stiff it may stop early: a sequence of QPs (`mhe.sparse_qp.sequential_qp`) then carries on
+there.
 The same, from where `mhe` ended, should not move: it has no barrier, and tells the multipliers.
 """
 
@@ -17,9 +18,9 @@ import numpy as np
 from estimation.status import Status
 from mhe.config import MheConfig
 from mhe.constraint_rows import constrain_function, demanded
-from mhe.ipopt import MheIpopt
 from mhe.realtime import Mhe
-from mhe.sequential_qp import SequentialQp
+from mhe.reference.ipopt import MheIpopt
+from mhe.sparse_qp.sequential_qp import SequentialQp
 from mhe.trajectory import WindowSolution
 from models.arrays import Array
 from tests.mhe.bounded_cases import bounded_case

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from benchmark.window_cases import rolled_out
 from estimation.kalman_stage import KalmanStage
 from estimation.recording import Measurement
 from mhe.config import MheConfig
@@ -31,6 +30,7 @@ from models.arrays import Array
 from models.gaussian import GaussianState
 from models.noisy_readings import noisy_readings
 from models.state_space import StateSpaceModel
+from suites.optimum.cases import rolled_out
 from tests.mhe.bounded_cases import CASES, bounded_case
 
 HORIZONS = (3, 8, 20)

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from estimation.kalman_stage import rows_present, without_gaps
 from estimation.recording import Measurement
 from mhe.constraint_rows import count, demanded
-from mhe.interpreted_pass import Scales, View
-from mhe.osqp_window import OsqpWindow, QpSolution
-from mhe.realtime import window_memory
+from mhe.sparse_qp.osqp_window import OsqpWindow, QpSolution
+from mhe.window_memory import Scales, View, window_memory
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from tests.linear_models import constant_acceleration_system

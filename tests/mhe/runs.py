@@ -11,8 +11,8 @@ from estimation.estimate import Estimate
 from estimation.estimator import Estimator
 from estimation.recording import Measurement
 from mhe.config import MheConfig
-from mhe.ipopt import MheIpopt
 from mhe.realtime import Mhe, MheRti
+from mhe.reference.ipopt import MheIpopt
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from tests.linear_models import LinearSystem

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from estimation.status import Status
-from mhe.active_set import ActiveSet, Held
+from mhe.interpreted.active_set import ActiveSet, Held
 from models.arrays import Array
 
 

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.window_cases import rolled_out
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheConfig
-from mhe.ipopt import MheIpopt
+from mhe.reference.ipopt import MheIpopt
 from models.paper import Paper
 from models.pen import pen_model
 from models.state_space import StateSpaceModel
+from suites.optimum.cases import rolled_out
 from tests.linear_models import LinearSystem, constant_acceleration_system, coupled_system
 from tests.mhe.runs import linear_batch, run_mhe
 from tests.models.pens import ACCELEROMETER, CAMERA, pen

@@ -12,7 +12,8 @@ from estimation.estimate import Estimate
 from estimation.kalman_stage import KalmanStage
 from estimation.status import Status
 from mhe.config import MheConfig
-from mhe.realtime import Mhe, MheRti, WindowState
+from mhe.realtime import Mhe, MheRti
+from mhe.window_memory import WindowState
 from models.gaussian import GaussianState
 from tests.closeness import covariance_error, estimate_error, mean_error
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
@@ -130,7 +131,7 @@ def test_one_pass_in_time_is_solved() -> None:
 
 EVERYTHING_MOVES = 1e-9
 TIME_FOR = {1: 2.75, 2: 3.0}
-"""Stages whose factors there is time for → deadline in ticks, see mhe/deadline.py."""
+"""Stages whose factors there is time for → deadline in ticks, see mhe/interpreted/deadline.py."""
 
 
 @either_engine

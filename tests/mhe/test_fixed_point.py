@@ -7,7 +7,7 @@ import pytest
 
 from estimation.kalman_stage import KalmanStage
 from estimation.recording import Measurement
-from mhe.ipopt import MheConfig, MheIpopt, MheState
+from mhe.reference.ipopt import MheConfig, MheIpopt, MheState
 from models.arrays import Array
 from models.gaussian import GaussianState
 from tests.estimation import pens

@@ -11,7 +11,7 @@ import pytest
 from estimation.estimate import Estimate
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.ipopt import MheConfig, MheIpopt, MheState
+from mhe.reference.ipopt import MheConfig, MheIpopt, MheState
 from models.arrays import Array
 from tests.estimation import pens
 from tests.linear_models import constant_acceleration_system, coupled_system, irregular_times

@@ -8,7 +8,7 @@ import pytest
 from estimation.kalman_stage import KalmanStage
 from mhe.arrival_cost import RELINEARISATION_LIMIT
 from mhe.config import MheConfig
-from mhe.ipopt import MheIpopt
+from mhe.reference.ipopt import MheIpopt
 from models.gaussian import GaussianState
 from tests.mhe import pendulum
 from tests.mhe.pendulum import PendulumBatch

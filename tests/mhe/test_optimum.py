@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmark.window_cases import window_case, window_models, window_table
-from benchmark.window_comparison import (
+from suites.optimum.cases import window_case, window_models, window_table
+from suites.optimum.kinds import KINDS
+from suites.optimum.reference import IpoptReference
+from suites.optimum.run import (
     ABOVE,
     IPOPT_FAILED,
     IPOPT_SETTINGS,
@@ -20,9 +22,7 @@ from benchmark.window_comparison import (
     compared,
     summary,
 )
-from benchmark.window_kinds import KINDS
-from benchmark.window_reference import IpoptReference
-from pen_mhe.optimum_run import compare_all
+from suites.optimum.study import compare_all
 from tests.references.gauss_newton import DenseGaussNewton
 
 SHORT = 8

@@ -10,8 +10,8 @@ import pytest
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheConfig
-from mhe.interpreted_pass import WindowPass
-from mhe.osqp_window import OsqpWindow
+from mhe.interpreted.window_pass import WindowPass
+from mhe.sparse_qp.osqp_window import OsqpWindow
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState

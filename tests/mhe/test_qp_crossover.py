@@ -8,9 +8,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from mhe.config import MheConfig
-from mhe.interpreted_pass import WindowPass
-from mhe.osqp_window import OsqpWindow
-from mhe.qp_crossover import crossed_over
+from mhe.interpreted.window_pass import WindowPass
+from mhe.sparse_qp.crossover import crossed_over
+from mhe.sparse_qp.osqp_window import OsqpWindow
 from models.arrays import Array
 from tests.mhe.bounded_cases import bounded_case
 from tests.mhe.bounded_windows import BoundedKey, bounded_window

@@ -9,7 +9,7 @@ import pytest
 
 from estimation.kalman_stage import KalmanStage
 from estimation.recording import Measurement
-from mhe.osqp_window import OsqpWindow
+from mhe.sparse_qp.osqp_window import OsqpWindow
 from models.state_space import StateSpaceModel
 from tests.estimation import pens
 from tests.linear_models import coupled_system

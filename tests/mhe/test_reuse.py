@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from benchmark.registry import find_pen
 from ekf_baseline.ekf import Ekf
 from estimation.recording import Measurement
 from mhe.config import MheConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.reuse import SETTLED, reuse_threshold
 from models.pen import pen_model
+from models.pen_file import find_pen
 from models.turntable import paper_turntable, turntable_model
 from tests.closeness import covariance_error, estimate_error, mean_error
 from tests.engines import compiled_and_interpreted, needs_compiler, steps

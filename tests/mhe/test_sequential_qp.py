@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmark.window_cases import rolled_out
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheConfig
 from mhe.constraint_rows import constrain_function
-from mhe.ipopt import MheIpopt
-from mhe.sequential_qp import ConstrainedSolution, SequentialQp
+from mhe.reference.ipopt import MheIpopt
+from mhe.sparse_qp.sequential_qp import ConstrainedSolution, SequentialQp
 from models.errors import InputError
 from models.state_space import StateSpaceModel
+from suites.optimum.cases import rolled_out
 from tests.estimation import pens
 from tests.linear_models import constant_acceleration_system, coupled_system
 from tests.mhe import pendulum

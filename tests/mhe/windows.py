@@ -9,9 +9,9 @@ import numpy as np
 from estimation.estimate import Estimate
 from estimation.recording import Measurement
 from mhe.config import MheConfig
-from mhe.interpreted_pass import View
-from mhe.realtime import Mhe, MheRti, WindowState, window_memory
+from mhe.realtime import Mhe, MheRti
 from mhe.trajectory import Trajectory
+from mhe.window_memory import View, WindowState, window_memory
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 

@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from models.pen import PenConfig
-from models.sensors import Accelerometer, Contact, Gyroscope, PoseCamera, WritingArea
+from models.sensor_kinds.contact import Contact
+from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.pose_camera import PoseCamera
+from models.sensor_kinds.writing_area import WritingArea
 
 Array = NDArray[np.float64]
 

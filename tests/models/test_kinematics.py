@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from models.pen import pen_model
-from models.sensors import Accelerometer, Contact, Gyroscope, WritingArea
+from models.sensor_kinds.contact import Contact
+from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.writing_area import WritingArea
 from models.state_space import StateSpaceModel
 from tests.models.pens import (
     ACCELEROMETER,

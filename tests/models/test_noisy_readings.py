@@ -12,8 +12,9 @@ from scipy.stats import binom, chi2
 from models.motions import sample_motion
 from models.noisy_readings import noisy_readings
 from models.pen import pen_model
+from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_model import SensorModel
-from models.sensors import Accelerometer, Gyroscope, PoseCamera
 from models.simulation import sample_times, simulate_readings, true_states
 from tests.models.pens import Array, pen, random_rotation
 from tests.references.allan import allan_variance, relative_error, white_kernel

@@ -9,8 +9,6 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from benchmark.registry import ESTIMATORS, LEAST_SQUARES, EstimatorSettings, create_estimator
-from benchmark.simulate import simulate_model
 from estimation.estimator import run
 from estimation.recording import Recording
 from estimation.status import Status
@@ -19,6 +17,8 @@ from models.arrays import Array
 from models.errors import InputError
 from models.own_model import OwnSensor, own_model
 from models.state_space import StateSpaceModel
+from pen_mhe.estimators import ESTIMATORS, LEAST_SQUARES, EstimatorSettings, create_estimator
+from recordings.simulate_pen import simulate_model
 from tests.references import kalman
 
 pytestmark = pytest.mark.usefixtures("interpreted")

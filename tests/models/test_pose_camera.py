@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from models.pen import pen_model
 from models.rotation import SMALL_ANGLE_SQUARED, rotation_matrix, rotation_vector
+from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_model import SensorModel
-from models.sensors import PoseCamera
 from tests.models.pens import CAMERA, FIXED_SPIN_RAD, Array, call, matrix, pen, random_rotation
 from tests.references.trajectory import random_motion
 

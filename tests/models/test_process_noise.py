@@ -17,7 +17,7 @@ from models.process_noise import (
     white_acceleration_factor,
     white_jerk_factor,
 )
-from models.sensors import Accelerometer, Gyroscope
+from models.sensor_kinds.inertial import Accelerometer, Gyroscope
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, GYROSCOPE, Array, call, matrix, pen, random_state
 

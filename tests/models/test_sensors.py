@@ -11,8 +11,9 @@ from scipy.integrate import quad
 
 from models.pen import pen_model
 from models.pen_file import parse_pen
+from models.sensor_kinds.inertial import Accelerometer, Gyroscope, sample_noise_std
+from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_model import SensorModel
-from models.sensors import Accelerometer, Gyroscope, PoseCamera, sample_noise_std
 from tests.models.pens import ACCELEROMETER, CAMERA, GYROSCOPE, pen
 
 DEG = np.pi / 180

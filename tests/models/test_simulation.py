@@ -12,7 +12,9 @@ from models.errors import InputError
 from models.motions import sample_motion
 from models.pen import pen_model
 from models.random_streams import seed_sequence, stream
-from models.sensors import Accelerometer, Gyroscope, PoseCamera, WritingArea
+from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.pose_camera import PoseCamera
+from models.sensor_kinds.writing_area import WritingArea
 from models.simulation import (
     arrival_times,
     drawn_states,

@@ -10,14 +10,11 @@ from pydantic import ValidationError
 
 from models.paper import Paper
 from models.pen import PenConfig, Prior, ProcessNoise
-from models.sensors import (
-    SENSOR_KINDS,
-    Accelerometer,
-    Contact,
-    Gyroscope,
-    PoseCamera,
-    WritingArea,
-)
+from models.sensor_kinds.contact import Contact
+from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.pose_camera import PoseCamera
+from models.sensor_kinds.table import SENSOR_KINDS
+from models.sensor_kinds.writing_area import WritingArea
 from models.units import UNITS, accepted_names, readable_unit, split_unit
 from tests.models.pens import ACCELEROMETER, CAMERA, GYROSCOPE
 

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from models.pen import PenConfig, Prior, pen_model
+from models.sensor_kinds.contact import Contact
+from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.pose_camera import PoseCamera
+from models.sensor_kinds.writing_area import WritingArea
 from models.sensor_model import SensorModel
-from models.sensors import Accelerometer, Contact, Gyroscope, PoseCamera, WritingArea
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, CAMERA, GYROSCOPE, pen
 

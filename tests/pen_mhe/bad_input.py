@@ -13,11 +13,11 @@ from typing import Any
 import pandas as pd
 from typer.testing import CliRunner
 
-from benchmark.dpoint import CAMERA_FILE, STYLUS_FILE
-from benchmark.registry import bundled_pens, find_pen
-from benchmark.simulate import simulate_recording
-from pen_mhe.cli import app
-from pen_mhe.tables import recording_to_table
+from commands.cli import app
+from models.pen_file import bundled_pens, find_pen
+from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE
+from recordings.formats.tables import recording_to_table
+from recordings.simulate_pen import simulate_recording
 
 ACCEL = tuple(f"accel_{axis}_m_s2" for axis in "xyz")
 GYRO = tuple(f"gyro_{axis}_rad_s" for axis in "xyz")

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmark.dpoint import CAMERA_FILE, STYLUS_FILE
 from models.units import STANDARD_GRAVITY_M_S2
+from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE
 from tests.pen_mhe.bad_input import (
     ACCEL,
     GYRO,

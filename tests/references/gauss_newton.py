@@ -146,7 +146,7 @@ class DenseWindow:
 
 
 class DenseGaussNewton:
-    """The window solver of `benchmark.window_comparison.WindowSolver` made of the above."""
+    """The window solver of `suites.optimum.run.WindowSolver` made of the above."""
 
     def __init__(self, model: StateSpaceModel) -> None:
         self.model = model

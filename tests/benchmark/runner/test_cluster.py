@@ -19,6 +19,7 @@ from benchmark.tasks.results import TIMING_COLUMNS, Results
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import FAILED, OK, Outcome, Task
 from models.errors import InputError
+from suites.execute import execute
 from tests.benchmark.runner.dask_cluster import Cluster, cluster
 from tests.benchmark.runner.workload import DEADLY, deadly, no_identity, pids, process_id, tasks
 
@@ -47,7 +48,7 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
 def tables_of(workers: Workers, folder: Path) -> Results:
     """The tables of `REAL`, run as the command does."""
     ran = run_tasks(
-        REAL, Scope(seeds=2), workers, folder, lambda _: lambda _: None, identity=no_identity
+        REAL, Scope(seeds=2), workers, folder, lambda _: lambda _: None, execute, no_identity
     )
     assert ran == len(REAL)
     return read_tables(folder)

@@ -8,10 +8,12 @@ from types import SimpleNamespace
 import pytest
 
 from benchmark.runner import identity
-from benchmark.runner.identity import code_identity, folder_identity, task_identity
+from benchmark.runner.identity import code_identity, folder_identity
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Task
 from models.errors import InputError
+from suites import execute
+from suites.execute import task_identity
 
 
 def tree(root: Path) -> Path:
@@ -61,7 +63,7 @@ def test_a_task_depends_on_the_recordings_that_it_reads(
     (tmp_path / "real").mkdir()
     (tmp_path / "real" / "a").write_text("1")
     suite = SimpleNamespace(reads=lambda task: "real" if task.seed else "")
-    monkeypatch.setattr(identity, "find_suite", lambda _: suite)
+    monkeypatch.setattr(execute, "find_suite", lambda _: suite)
     reading, other = Task("s", "c", "n", "e", 1), Task("s", "c", "n", "e", 0)
     data = Scope(data=str(tmp_path))
     assert task_identity(other, data) == task_identity(reading, Scope()) == code_identity()

@@ -7,12 +7,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from benchmark.runner import execute as execute_module
-from benchmark.runner.execute import execute
-from benchmark.runner.run import Workers, chosen_tasks, run_tasks
+from benchmark.runner.run import Workers, run_tasks
 from benchmark.runner.tables import read_tables
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import FAILED, OK, Outcome, Quantity, Task, failed
+from suites import execute as execute_module
+from suites.execute import chosen_tasks, execute
 from tests.benchmark.runner.workload import tasks
 
 SCOPE = Scope()

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmark.suites import MODULES, find_suite
 from benchmark.verdicts.claims import load_claims
 from models.errors import InputError
+from suites.table import MODULES, find_suite
 
 GOOD = """
 [[claim]]

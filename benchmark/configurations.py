@@ -1,0 +1,76 @@
+"""Choices of sensors that benchmark and contract tests share.
+
+A sensor configuration exists for both once it has a row here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from models.pen import pen_model
+from models.pen_file import find_pen
+from models.state_space import StateSpaceModel
+from models.turntable import paper_turntable, turntable_model
+from pen_mhe.estimators import LEAST_SQUARES
+
+BENCHMARK_ESTIMATORS = tuple(name for name in LEAST_SQUARES if name != "mhe-ipopt")
+"""The estimators of the benchmark; ``mhe`` ends in ``mhe-ipopt``'s optimum (`pen-mhe optimum`)."""
+
+
+@dataclass(frozen=True)
+class SensorConfiguration:
+    """A choice of sensors of the reference pen, or of the turntable.
+
+    Parameters
+    ----------
+    label : for tables
+    sensors : names in its file; a pen's writing area stands in where no camera is
+    """
+
+    label: str
+    sensors: tuple[str, ...]
+
+
+CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
+    {
+        "accel": SensorConfiguration("accelerometer", ("accel",)),
+        "gyro": SensorConfiguration("gyroscope", ("gyro",)),
+        "accel+gyro": SensorConfiguration("both", ("accel", "gyro")),
+        "two accelerometers": SensorConfiguration(
+            "two accelerometers", ("accel_lower", "accel_upper")
+        ),
+        "accel+gyro+contact": SensorConfiguration(
+            "both with contact", ("accel", "gyro", "contact")
+        ),
+        "camera": SensorConfiguration("camera", ("camera",)),
+        "two accelerometers+camera": SensorConfiguration(
+            "two accelerometers with camera", ("accel_lower", "accel_upper", "camera")
+        ),
+        "accel+gyro+camera": SensorConfiguration("both with camera", ("accel", "gyro", "camera")),
+    }
+)
+"""Sensor configurations of the benchmark; every estimator must work on each."""
+
+
+TURNTABLE_CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
+    {
+        "accel": SensorConfiguration("accelerometer", ("accel",)),
+        "gyro": SensorConfiguration("gyroscope", ("gyro",)),
+        "accel+gyro": SensorConfiguration("both", ("accel", "gyro")),
+    }
+)
+"""The turntable's observation models: equations (10), (11) and (12) of [Pen]."""
+
+
+def contract_models() -> Mapping[str, StateSpaceModel]:
+    """Return every model × configuration that estimators must work on, by name."""
+    models = {}
+    for dof in (5, 6):
+        pen = find_pen("reference").model_copy(update={"degrees_of_freedom": dof})
+        for name, configuration in CONFIGURATIONS.items():
+            models[f"pen{dof} {name}"] = pen_model(pen, configuration.sensors)
+    for name, configuration in TURNTABLE_CONFIGURATIONS.items():
+        models[f"turntable {name}"] = turntable_model(paper_turntable(), configuration.sensors)
+    return MappingProxyType(models)

@@ -1,0 +1,91 @@
+"""The work behind ``pen-mhe codegen``: an estimator of a pen as C in a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from benchmark.console import console
+from codegen.export import export_c
+from codegen.exportable import EXPORTABLE, exportable
+from codegen.folder import write_export
+from codegen.sizes import find_target, measure
+from estimation.output_folder import prepare_folder
+from mhe.config import MheConfig
+from models.errors import InputError
+from models.pen import pen_model
+from models.pen_file import find_pen
+
+WITH_WINDOW = tuple(name for name, (kind, _) in EXPORTABLE.items() if kind is MheConfig)
+
+
+@dataclass(frozen=True)
+class CodegenRequest:
+    """What to export, and where to.
+
+    Parameters
+    ----------
+    pen, sensors, writing_area : see `models.pen_file.find_pen` and `models.pen.pen_model`
+    estimator : one of `codegen.exportable.EXPORTABLE`
+    horizon, deadline_s : of an estimator with a window; None takes the default
+    real : ``double`` or ``float``
+    form : one of `estimation.loop.STAGES`; None takes the default of the precision
+    prefix : of the files' and the functions' names
+    command : that asked for it, for the README
+    """
+
+    pen: str
+    sensors: Sequence[str] | None
+    writing_area: bool
+    estimator: str
+    horizon: int | None
+    deadline_s: float | None
+    real: str
+    form: str | None
+    prefix: str
+    output: Path
+    command: str
+
+
+def run_codegen(request: CodegenRequest) -> None:
+    """Write an estimator as C and say what it takes.
+
+    Raises
+    ------
+    InputError
+        For what does not fit; the message says what was expected.
+    """
+    model = pen_model(find_pen(request.pen), request.sensors, request.writing_area)
+    chosen = exportable(request.estimator, model, _config(request))
+    export = export_c(chosen, request.real, request.form, request.prefix)
+    prepare_folder(request.output)
+    target = find_target()
+    with Console(stderr=True).status("compiling, to measure"):
+        sizes = None if target is None else measure(export, target)
+    write_export(export, request.output, sizes, request.command)
+    console.print(
+        f"{request.estimator} in {request.real}, {model.n_x} states, written to {request.output}"
+    )
+    if sizes is not None:
+        console.print(
+            f"{sizes.target}: flash {sizes.flash} B, RAM {sizes.ram} B "
+            f"and {sizes.state} B a state, {sizes.estimate} B an estimate; stack {sizes.stack} B"
+        )
+
+
+def _config(request: CodegenRequest) -> MheConfig | None:
+    asked = {"horizon": request.horizon, "deadline_s": request.deadline_s}
+    given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
+    if not given:
+        return None
+    if request.estimator in EXPORTABLE and request.estimator not in WITH_WINDOW:
+        name, value = next(iter(given.items()))
+        raise InputError(
+            f"{name} {value} is given for {request.estimator}, which has no window; "
+            f"expected none, or estimator {' or '.join(WITH_WINDOW)}"
+        )
+    return MheConfig(**given)

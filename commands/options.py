@@ -1,0 +1,64 @@
+"""Options that several commands share, and how their texts are read."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from models.errors import InputError
+from models.pen_file import bundled_pens
+
+PenOption = Annotated[
+    str, typer.Option(help=f"Pen file, or a bundled pen: {', '.join(bundled_pens())}.")
+]
+SensorsOption = Annotated[
+    str | None,
+    typer.Option(help="Names from the pen file, with commas; by default all that can be used."),
+]
+WritingAreaOption = Annotated[
+    bool,
+    typer.Option(help="Where no sensor sees a position, hold the tip to the writing area."),
+]
+JobsOption = Annotated[int, typer.Option(help="Processes.", min=1)]
+
+
+def names(text: str | None) -> tuple[str, ...] | None:
+    """Split ``accel,gyro``; None stays None.
+
+    Raises
+    ------
+    InputError
+        If there is no name between the commas.
+    """
+    if text is None:
+        return None
+    found = tuple(name.strip() for name in text.split(",") if name.strip())
+    if not found:
+        raise InputError(f"list {text!r} has no name in it, expected e.g. accel,gyro")
+    return found
+
+
+def rate_hz(text: str) -> float:
+    """Read a camera rate; raises `InputError` for what is no number."""
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"camera rate {text!r} is not a number, expected Hz") from None
+
+
+def thresholds(text: str | None) -> dict[str, float]:
+    """Read ``accel=2,camera=3`` into sensor → threshold in standard deviations."""
+    pairs = [pair.split("=") for pair in text.split(",")] if text else []
+    try:
+        return {sensor.strip(): float(value) for sensor, value in pairs}
+    except ValueError:
+        raise InputError(f"thresholds {text!r}, expected e.g. accel=2,camera=3") from None
+
+
+def units(text: str | None) -> dict[str, str]:
+    """Read ``accel=g,gyro=deg_s`` into sensor → unit."""
+    pairs = [pair.split("=") for pair in text.split(",")] if text else []
+    if any(len(pair) != 2 for pair in pairs):
+        raise InputError(f"units {text!r}, expected e.g. accel=g,gyro=deg_s")
+    return {sensor.strip(): unit.strip() for sensor, unit in pairs}

@@ -1,0 +1,250 @@
+"""Commands that answer a question about a pen rather than estimate a recording."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from benchmark.tasks.suite import Scope
+from codegen.exportable import DEFAULT_EXPORT, EXPORTABLE
+from commands import observe_run
+from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
+from commands.sentences import one_sentence
+from models.errors import InputError
+from suites.bad_starts.cases import CASES as BAD_STARTS
+from suites.bad_starts.run import ESTIMATORS as COMPARED
+from suites.consistency.run import CASES
+from suites.table import MODULES, find_suite
+
+SPEED = "speed"
+"""The suite that times solvers by itself, see `suites.speed.study`."""
+
+
+DataOption = Annotated[
+    Path | None, typer.Option(help="Folder with real recordings.", envvar="PEN_MHE_DATA")
+]
+
+
+def benchmark(
+    suites: Annotated[
+        list[str] | None,
+        typer.Argument(help=f"{', '.join(MODULES)} (default: all of these), or {SPEED} alone."),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option(help="Folder; an interrupted run continues there.")
+    ] = Path("results"),
+    seeds: Annotated[int, typer.Option(help="Simulated recordings of every case.", min=1)] = 5,
+    jobs: JobsOption = 2,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a running Dask cluster, instead of processes.")
+    ] = None,
+    data: DataOption = None,
+) -> None:
+    """Run the suites and write the report: which sensors, and which estimator."""
+    with one_sentence():
+        if suites == [SPEED]:
+            _speed(output)
+            return
+        chosen = suites or list(MODULES)
+        for suite in chosen:
+            if suite == SPEED:
+                raise InputError(f"suite {SPEED} among others, expected it alone: it needs quiet")
+            find_suite(suite)
+        if data is not None and not data.is_dir():
+            raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
+        # Tables and figures are slow to import.
+        from benchmark.runner.run import Workers
+        from commands import benchmark_run
+
+        benchmark_run.run_benchmark(
+            list(dict.fromkeys(chosen)),
+            output,
+            Scope(seeds, None if data is None else str(data.resolve())),
+            Workers(jobs, scheduler),
+            command_line(),
+        )
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help="Of a finished `pen-mhe benchmark`.")],
+    pictures: Annotated[
+        Path | None, typer.Option(help="Folder for every figure as a PNG file too.")
+    ] = None,
+) -> None:
+    """Draw the report of a run again from its files."""
+    from commands import benchmark_run  # tables and figures are slow to import
+
+    with one_sentence():
+        benchmark_run.show_report(folder, pictures)
+
+
+def command_line() -> str:
+    """Return the command that runs, with the data folder named by its variable."""
+    words = ["pen-mhe", *sys.argv[1:]]
+    data = os.environ.get("PEN_MHE_DATA")
+    return shlex.join("$PEN_MHE_DATA" if data and word == data else word for word in words)
+
+
+def _speed(output: Path) -> None:
+
+    from suites.speed import study  # tables and figures are slow to import
+
+    if study.is_single_threaded():
+        study.run_speed(output)
+    elif status := study.again_single_threaded("benchmark", "speed", "--output", str(output)):
+        raise typer.Exit(status)
+
+
+def observe(
+    pen: PenOption = "reference",
+    sensors: SensorsOption = None,
+    writing_area: WritingAreaOption = True,
+    duration: Annotated[float, typer.Option(help="Of each motion, s.")] = 3.0,
+) -> None:
+    """Say what a choice of sensors can see, and what it cannot, in words of the state."""
+    with one_sentence():
+        observe_run.run_observe(pen, names(sensors), writing_area, duration)
+
+
+def consistency(
+    pen: PenOption = "dpoint",
+    sensors: SensorsOption = "accel,gyro,camera",
+    cases: Annotated[str, typer.Option(help="Names with commas.")] = ",".join(CASES),
+    estimators: Annotated[str, typer.Option(help="Names with commas.")] = "ekf,mhe",
+    runs: Annotated[int, typer.Option(help="Of each case and estimator.", min=2)] = 50,
+    jobs: JobsOption = 2,
+) -> None:
+    """Compare errors and innovations with the covariances that estimators claim (NEES, NIS)."""
+    from suites.consistency import study
+
+    with one_sentence():
+        study.run_consistency(
+            pen, names(sensors), names(cases) or (), names(estimators) or (), runs, jobs
+        )
+
+
+def bad_starts(
+    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path(
+        "results/bad_starts"
+    ),
+    cases: Annotated[str, typer.Option(help="Names with commas.")] = ",".join(BAD_STARTS),
+    estimators: Annotated[str, typer.Option(help="Names with commas.")] = ",".join(COMPARED),
+    runs: Annotated[int, typer.Option(help="Of each case and estimator.", min=1)] = 100,
+    jobs: JobsOption = 2,
+) -> None:
+    """Start estimators at a wrong elevation and compare their first second."""
+    from suites.bad_starts import study  # tables and figures are slow to import
+
+    with one_sentence():
+        study.run_bad_starts(output, names(cases) or (), names(estimators) or (), runs, jobs)
+
+
+def printed_cost(
+    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path(
+        "results/printed_cost"
+    ),
+) -> None:
+    """Show what the pen model as printed in the paper costs, term by term, over speed."""
+    from suites.printed_cost import study  # tables and figures are slow to import
+
+    with one_sentence():
+        study.run_printed_cost(output)
+
+
+def optimum(
+    windows: Annotated[int, typer.Option(help="Number of windows.", min=1)] = 1000,
+    seed: Annotated[int, typer.Option(help="Of the first window.", min=0)] = 0,
+    output: Annotated[Path, typer.Option(help="Folder for the table.")] = Path("results/optimum"),
+    jobs: JobsOption = 2,
+) -> None:
+    """Compare the real-time MHE's optimum with IPOPT's, window by window, from the same start."""
+    from suites.optimum import study  # tables are slow to import
+
+    with one_sentence():
+        study.run_optimum(output, windows, jobs, seed)
+
+
+def real_time(
+    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path(
+        "results/real_time"
+    ),
+    data: DataOption = None,
+    steps: Annotated[int, typer.Option(help="By the clock, per estimator.", min=1)] = 100_000,
+) -> None:
+    """Measure a step of the real-time MHE: kept factors, deadlines, time per real sample."""
+    from suites.real_time.study import run_real_time  # tables and figures are slow to import
+    from suites.speed import study
+
+    with one_sentence():
+        if data is not None and not data.is_dir():
+            raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
+        words = ["--output", str(output), "--steps", str(steps)]
+        words += [] if data is None else ["--data", str(data)]
+        if study.is_single_threaded():
+            run_real_time(output, data, steps)
+        elif status := study.again_single_threaded("real-time", *words):
+            raise typer.Exit(status)
+
+
+def codegen(
+    output: Annotated[Path, typer.Option(help="Folder for the C files.")],
+    pen: PenOption = "reference",
+    sensors: SensorsOption = None,
+    writing_area: WritingAreaOption = True,
+    estimator: Annotated[
+        str, typer.Option(help=f"One of {', '.join(EXPORTABLE)}.")
+    ] = DEFAULT_EXPORT,
+    horizon: Annotated[
+        int | None, typer.Option(help="Intervals in the window of an estimator that has one.")
+    ] = None,
+    deadline: Annotated[
+        float | None, typer.Option(help="Of such an estimator: s per step, by a clock of yours.")
+    ] = None,
+    float32: Annotated[
+        bool, typer.Option("--float32", help="Single precision, with square roots of covariances.")
+    ] = False,
+    roots: Annotated[
+        bool,
+        typer.Option("--roots", help="Square roots in double too: much less code."),
+    ] = False,
+    prefix: Annotated[str, typer.Option(help="Of the files' and the functions' names.")] = "pen",
+) -> None:
+    """Write an estimator of a pen as C99 without dynamic memory, for other machines."""
+    from commands.codegen_run import CodegenRequest, run_codegen  # slow to import
+
+    with one_sentence():
+        run_codegen(
+            CodegenRequest(
+                pen=pen,
+                sensors=names(sensors),
+                writing_area=writing_area,
+                estimator=estimator,
+                horizon=horizon,
+                deadline_s=deadline,
+                real="float" if float32 else "double",
+                form="root" if roots else None,
+                prefix=prefix,
+                output=output,
+                command=command_line(),
+            )
+        )
+
+
+COMMANDS: Mapping[str, Callable[..., None]] = {
+    "benchmark": benchmark,
+    "report": report,
+    "observe": observe,
+    "consistency": consistency,
+    "bad-starts": bad_starts,
+    "printed-cost": printed_cost,
+    "optimum": optimum,
+    "real-time": real_time,
+    "codegen": codegen,
+}
+"""Name → function of every command here."""

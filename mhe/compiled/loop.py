@@ -1,0 +1,217 @@
+"""The window's loop in C, around a model's generated functions."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from estimation.engine import CompiledEngine, Loop
+from estimation.kalman_stage import stage_functions
+from estimation.layout import Layout
+from mhe import constraint_rows
+from mhe.arrival_cost import ARRIVAL_COSTS, RELINEARISATION_LIMIT
+from mhe.config import Clock, MheConfig
+from mhe.reuse import SETTLED, reuse_threshold
+from mhe.rules import ACTIVE_SET, DESCENT, most_active
+from mhe.stage_functions import window_functions
+from models.arrays import Array
+from models.state_space import StateSpaceModel
+
+PASS_SOURCES = (
+    *("trajectory.c", "factors.c", "smoother.c", "active_set.c", "deadline.c", "one_pass.c"),
+)
+DESCENT_SOURCE, WINDOW_SOURCE = "descent.c", "window.c"
+FUNCTIONS_OF: Mapping[str, tuple[str, ...]] = {
+    "CONSTRAINED": ("constrain", "propagate", "absorb"),
+    "LOSSES": ("measure", "shake"),
+}
+"""Part of the loop, as C knows it → the generated functions that only it calls."""
+
+
+def window_loop(
+    model: StateSpaceModel,
+    config: MheConfig,
+    memory: Layout,
+    iterates: bool,
+    whole: bool = True,
+    clock: int = 0,
+) -> Loop:
+    """Return the loop of the real-time estimators; see `mhe.realtime`.
+
+    Parameters
+    ----------
+    memory : see `mhe.window_memory.window_memory`
+    iterates : passes to convergence, or one pass a sample
+    whole : with what other models and settings use, so that one compiled loop serves them all;
+        False leaves out what this one does not need
+    clock : address of a C function that returns seconds; 0 is the machine's own
+    """
+    predict, update, *small = stage_functions(model)
+    window = window_functions(model, predict, update)
+    n_stages, n_c = config.horizon + 1, constraint_rows.count(model)
+    most = most_active(n_stages, n_c)
+    parts = {
+        "CONVERGES": whole or iterates,
+        "CONSTRAINED": whole or n_c > 0,
+        "LOSSES": whole or config.has_losses,
+        "TIMED": whole or config.deadline_s is not None,
+    }
+    left_out = {name for part, names in FUNCTIONS_OF.items() if not parts[part] for name in names}
+    needed = [function for function in window if function.name() not in left_out]
+    descent = [DESCENT_SOURCE] if parts["CONVERGES"] else []
+    sources = (*PASS_SOURCES, *descent, WINDOW_SOURCE)
+    return Loop(
+        sources=[Path(__file__).with_name(name) for name in sources],
+        entry="window",
+        memory=memory,
+        functions=[[predict], [update], small, needed],
+        fields={
+            "work": _work(model, n_stages, predict, update, most, parts["CONVERGES"]),
+            "nnz_F": predict.nnz_out("F"),
+            "nnz_G": predict.nnz_out("G"),
+            "nnz_H": update.nnz_out("H"),
+            "nnz_L": update.nnz_out("L"),
+            **{f.name(): f.name() for f in needed},
+            **{name: ctypes.c_void_p(0) for name in sorted(left_out)},
+            "huber": config.thresholds([sensor.name for sensor in model.sensors]),
+            "huber_noise": float(config.noise_threshold),
+            "has_losses": config.has_losses,
+            "n_c": n_c,
+            "most_active": most,
+            "row_conditions": constraint_rows.needs(model),
+            "arrival": list(ARRIVAL_COSTS).index(config.arrival_cost),
+            "constant_covariance": np.asarray(model.prior.covariance, dtype=float),
+            "relinearisation_limit": RELINEARISATION_LIMIT,
+            "reuse": 0.0 if iterates else reuse_threshold(model, config),
+            "iterate": iterates,
+            "n_stages": n_stages,
+            "tolerance": float(config.tolerance),
+            "most_iterations": int(config.max_iterations),
+            "deadline": float(np.inf if config.deadline_s is None else config.deadline_s),
+            "clock": ctypes.c_void_p(clock),
+            "nothing": np.full(model.n_y, np.nan),
+        },
+        constants={
+            **{f"ARRIVAL_{name}": i for i, name in enumerate(ARRIVAL_COSTS)},
+            **(DESCENT if parts["CONVERGES"] else {}),
+            **ACTIVE_SET,
+            "SETTLED": SETTLED,
+            **{part: int(is_in) for part, is_in in parts.items()},
+        },
+    )
+
+
+class CompiledWindow(CompiledEngine):
+    """The engine of the real-time estimators; see `window_loop`.
+
+    Parameters
+    ----------
+    clock : for deadlines; None is the machine's own
+    """
+
+    def __init__(
+        self,
+        model: StateSpaceModel,
+        config: MheConfig,
+        memory: Layout,
+        iterates: bool,
+        clock: Clock | None = None,
+    ) -> None:
+        function = None if clock is None else ctypes.CFUNCTYPE(ctypes.c_double)(clock)
+        address = 0 if function is None else ctypes.cast(function, ctypes.c_void_p).value or 0
+        self._clock = function  # C keeps the address only
+        super().__init__(model, window_loop(model, config, memory, iterates, clock=address))
+
+    def solve(self, given: Array) -> tuple[Array, Array]:
+        """Converge on a window as it stands; return it solved, and the result."""
+        memory, result = given.copy(), np.full(self.result.size, np.nan)
+        self.call("window_solve", memory, result)
+        return memory, result
+
+
+def _work(
+    model: StateSpaceModel,
+    n_stages: int,
+    predict: ca.Function,
+    update: ca.Function,
+    most_held: int,
+    converges: bool,
+) -> Mapping[str, Any]:
+    """Return the workspace: arrays with one entry per stage or row, and single ones."""
+    n_x, n_w, n_y, n_r = model.n_x, model.n_w, model.n_y, model.n_r
+    n_c = constraint_rows.count(model)
+    n_rows = n_stages * n_c
+    per_stage = {
+        "at_time": 1,
+        "at_x": n_x,
+        "at_y": n_y,
+        "at_rows": n_r,
+        "at_w": n_w,
+        "at_noises": n_w,
+        "d_minus": n_x,
+        "d_plus": n_x,
+        "P_plus": n_x * n_x,
+        "W": n_x * n_r,
+        "e": n_r,
+        "H": update.nnz_out("H"),
+        "L": update.nnz_out("L"),
+        "F": predict.nnz_out("F"),
+        "G": predict.nnz_out("G"),
+        "d_s": n_x,
+        "expected": n_r,
+        "row_scale": n_r,
+        "noise_scale": n_w,
+    }
+    single = {
+        **dict.fromkeys(("reached", "defect", "lambda", "lambda_hat", "spread", "shift"), n_x),
+        **dict.fromkeys(("d_minus_prior", "d_prior", "x_prior"), n_x),
+        **dict.fromkeys(("P_prior", "P_first", "P_minus"), n_x * n_x),
+        "v": n_r,
+        "S": n_r * n_r,
+        "no_noise": n_w,
+        "nothing_present": n_r,
+        "reused": 1,
+        "pass_time": 3,
+        "violation": n_c,
+        "g": n_x + n_stages * n_w,
+    }
+    constrained = {
+        **dict.fromkeys(("d_shift", "impulse"), n_stages * n_x),
+        "e_shift": n_stages * n_r,
+        "d_pushed": n_x,
+        "e_pushed": n_r,
+        "row_try": n_c,
+        **dict.fromkeys(("row_g", "row_free", "row_value", "row_std", "is_held"), n_rows),
+        **dict.fromkeys(("row_e", "row_std_held", "row_multiplier"), n_rows if converges else 0),
+        **dict.fromkeys(("row_C", "row_PC"), n_rows * n_x),
+        "response": (most_held + 1) * n_rows,
+        "set_factor": (most_held + 1) * most_held,
+        **dict.fromkeys(("multiplier", "step"), most_held + 1),
+    }
+    vectors = ("z", "z_1", "g_1", "z_2", "g_2", "z_next", "g_next", "z_try", "f", "f_1", "f_2")
+    converging = {
+        **dict.fromkeys(vectors, n_x + n_stages * n_w),
+        "x_try": n_stages * n_x,
+        "row_scale_try": n_stages * n_r,
+        "noise_scale_try": n_stages * n_w,
+        **dict.fromkeys(("d", "d_try", "deviation"), n_x),
+        "L_prior": n_x * n_x,
+        **dict.fromkeys(("violation_try", "weight"), n_c),
+    }
+    sizes = {
+        **{name: n_stages * width for name, width in per_stage.items()},
+        **single,
+        **(constrained if n_c else dict.fromkeys(constrained, 0)),
+        **(converging if converges else {}),
+    }
+    return {
+        **{name: np.zeros(size) for name, size in sizes.items()},
+        "ring": np.zeros(2, dtype=np.int64),
+        "set": np.zeros(most_held + 1, dtype=np.int64),
+        "unit_noises": np.ones(n_stages * n_w),
+    }

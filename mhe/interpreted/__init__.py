@@ -1,0 +1,1 @@
+"""The window's loop in Python, for machines without a C compiler."""

@@ -1,0 +1,296 @@
+"""One pass over a window in Python, around the interpreted stage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from estimation.function_call import FunctionCall
+from estimation.kalman_stage import KalmanStage, Prediction, Update
+from estimation.status import Status
+from mhe import constraint_rows
+from mhe.config import MheConfig
+from mhe.interpreted.active_set import ActiveSet, Held
+from mhe.rules import most_active
+from mhe.stage_functions import spread_function, window_functions
+from mhe.window_memory import Scales, View
+from models.arrays import Array
+from models.state_space import StateSpaceModel
+
+
+@dataclass(frozen=True, eq=False)
+class Forward:
+    """What the forward pass leaves: one update per stage, one prediction between two."""
+
+    updates: list[Update]
+    predictions: list[Prediction]
+    noises: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """What the pass back leaves.
+
+    Parameters
+    ----------
+    d : (n, n_x) deviations of the linearised window's optimum from the trajectory
+    mu, w : (n_x,), (n - 1, n_w) multiplier of its prior, x_0 = x̄ ⊞ P̄ μ, and its noises
+    length : squared length of the step in whitened units, without the prior's part; NaN
+        where the pass is not finite
+    expected : (n, n_r) the optimum's residuals, in standard deviations of their noise, as the
+        linearised stages have them
+    oldest : where the pass ended; stages before this one have no new deviations, and their
+        noises are the window's
+    """
+
+    d: Array
+    mu: Array
+    w: Array
+    length: float
+    expected: Array
+    oldest: int
+
+
+@dataclass(frozen=True, eq=False)
+class Pass(Smoothed):
+    """Result of a pass over a window.
+
+    Parameters
+    ----------
+    newest : update of the newest stage
+    covariances : (n, n_x, n_x) P⁺ of the stages
+    held : rows that hold it, and their multipliers
+    row_std : (n, n_c) standard deviations of the rows
+    """
+
+    newest: Update
+    covariances: Array
+    held: Held
+    row_std: Array
+
+
+class WindowPass:
+    """Cost, pass and roll-out on a window's views; the equations of mhe/*.c."""
+
+    def __init__(self, model: StateSpaceModel, config: MheConfig) -> None:
+        self.stage = KalmanStage(model)
+        functions = window_functions(model, *self.stage.functions)
+        functions = [*functions, spread_function(model)]
+        self.call = {function.name(): FunctionCall(function) for function in functions}
+        self.n_c = constraint_rows.count(model)
+        self._thresholds = config.thresholds([sensor.name for sensor in model.sensors])
+        self._noise_threshold, self._has_losses = config.noise_threshold, config.has_losses
+        self._capacity = most_active(config.horizon + 1, self.n_c)
+
+    def measure(self, window: View, x: Array, w: Array) -> tuple[float, Scales]:
+        """Return the cost of readings and noises, and the scales of their losses."""
+        cost, rows, noises = 0.0, np.zeros(window.present.shape), np.ones(w.shape)
+        for k in range(len(x)):
+            rows[k], part = self.weigh(window, k, x[k])
+            cost += part
+        for k in range(len(w)):
+            noises[k], noise_cost = self.call["shake"](w[k], self._noise_threshold)
+            cost += float(noise_cost[0])
+        return cost, Scales(rows, noises)
+
+    def weigh(self, window: View, k: int, x: Array) -> tuple[Array, float]:
+        """Return the scales (n_r,) of a stage's rows at x, and their cost."""
+        seen = window.y[k], window.present[k], self._thresholds
+        rows, cost = self.call["measure"](x, *seen)
+        return rows, float(cost[0])
+
+    def excess(self, window: View, x: Array) -> Array:
+        """Return by how much states (n, n_x) exceed each row, (n, n_c), 0 where they do not."""
+        if self.n_c == 0:
+            return np.zeros(window.demanded.shape)
+        g = np.array([self.call["constrain"](state)[0] for state in x])
+        return np.where(window.demanded > 0, np.maximum(g, 0), 0.0)
+
+    def run(
+        self,
+        window: View,
+        d: Array,
+        scales: Scales,
+        x: Array | None = None,
+        w: Array | None = None,
+        settled: float | None = None,
+    ) -> Pass:
+        """Make a pass from x_0 = x̄ ⊞ d; mark the rows that hold its optimum as active.
+
+        Parameters
+        ----------
+        x, w : what to linearise at; the window's trajectory by default
+        settled : where the pass back may end, see `_renew`; None goes back through all stages
+        """
+        x, w = window.x if x is None else x, window.w if w is None else w
+        forward = self._forward(window, -d, scales, x, w)
+        if settled is None:
+            found = self._backward(window, forward, w)
+        else:
+            found = self._renew(window, forward, w, settled)
+        held, row_std = Held(np.zeros(0), np.zeros(0, bool), Status.SOLVED), window.demanded
+        if self.n_c and np.isfinite(found.length):
+            held, row_std, C = self._held(window, forward, found.d, x)
+            window.active[:] = held.active.reshape(window.active.shape)
+            if held.active.any():
+                impulses = np.einsum("kj,kij->ki", held.multipliers.reshape(row_std.shape), C)
+                found = self._backward(window, forward, w, impulses)
+        newest = forward.updates[-1]
+        squares = sum(float(update.e @ update.e) for update in forward.updates)
+        finite = np.isfinite(squares) and np.isfinite(found.length)
+        if self._has_losses:  # told is the innovation itself, not its weighed share
+            at = forward.predictions[-1].state if forward.predictions else window.prior
+            deviation = forward.predictions[-1].deviation if forward.predictions else -d
+            if forward.predictions:
+                deviation = deviation + self._defect(forward.predictions[-1], x[-1])
+            told = self.stage.update(at, window.y[-1], window.present[-1], x[-1], deviation)
+            v, S = told.innovation, told.innovation_covariance
+            newest = replace(newest, innovation=v, innovation_covariance=S)
+        covariances = np.array([update.state.covariance for update in forward.updates])
+        found = found if finite else replace(found, length=np.nan)
+        return Pass(
+            **vars(found), newest=newest, covariances=covariances, held=held, row_std=row_std
+        )
+
+    def roll_out(self, window: View, d: Array, w: Array) -> Array:
+        """Return the states (n, n_x) that start at x̄ ⊞ d and are driven by w."""
+        x = [self.stage.retract(window.prior.mean, d)]
+        for k, dt in enumerate(np.diff(window.times)):
+            x.append(self.call["move"](x[-1], w[k], dt)[0])
+        return np.array(x)
+
+    def _defect(self, prediction: Prediction, x: Array) -> Array:
+        return self.call["difference"](prediction.reached, x)[0]
+
+    def _forward(
+        self, window: View, deviation: Array, scales: Scales, x: Array, w: Array
+    ) -> Forward:
+        """Kalman stages from the deviation δ⁻ of the first."""
+        updates, predictions, gaussian = list[Update](), list[Prediction](), window.prior
+        for k in range(len(window.times)):
+            if k:
+                dt = float(window.times[k] - window.times[k - 1])
+                at = x[k - 1], w[k - 1], scales.noises[k - 1]
+                predictions.append(
+                    self.stage.predict(gaussian, dt, *at, deviation=updates[-1].deviation)
+                )
+                gaussian = predictions[-1].state
+                deviation = predictions[-1].deviation + self._defect(predictions[-1], x[k])
+            updates.append(
+                self.stage.update(gaussian, window.y[k], scales.rows[k], x[k], deviation)
+            )
+            gaussian = updates[-1].state
+        return Forward(updates, predictions, scales.noises)
+
+    def _backward(
+        self, window: View, forward: Forward, w: Array, impulses: Array | None = None
+    ) -> Smoothed:
+        """Bryson-Frazier back, with impulses (n, n_x) on the costates."""
+        n, n_x = window.x.shape
+        d_s, w_s, length = np.zeros((n, n_x)), np.zeros(w.shape), 0.0
+        expected = np.zeros(window.present.shape)
+        pushed = np.zeros((n, n_x)) if impulses is None else impulses
+        d_shift, e_shift = self._pushed(forward, pushed)
+        lam, lam_hat = np.zeros(n_x), np.zeros(n_x)
+        for k in reversed(range(n)):
+            if k < n - 1:
+                ahead, scale = forward.predictions[k], forward.noises[k]
+                lam_hat, w_s[k] = self.call["retreat"](lam, ahead.F, ahead.G, scale)
+                length += float((((w_s[k] - w[k]) / scale) ** 2).sum())
+            lam_hat = lam_hat + pushed[k]
+            u = forward.updates[k]
+            shifted = u.deviation + d_shift[k], u.e + e_shift[k]
+            d_s[k], lam, part, expected[k] = self._smooth(u, lam_hat, *shifted)
+            length += part
+        return Smoothed(d_s, -lam, w_s, length, expected, 0)
+
+    def _renew(self, window: View, forward: Forward, w: Array, settled: float) -> Smoothed:
+        """Go back to the first stage without news; see mhe/compiled/one_pass.c.
+
+        Parameters
+        ----------
+        settled : how far, in standard deviations, a stage may be off that is not gone back to
+        """
+        n, n_x = window.x.shape
+        d_s, w_s, oldest = np.zeros((n, n_x)), window.w.copy(), 0
+        expected = np.zeros(window.present.shape)
+        stayed = int(window.stayed) if self.n_c == 0 else 0
+        lam, lam_hat = np.zeros(n_x), np.zeros(n_x)
+        for k in reversed(range(n)):
+            if k < n - 1:
+                ahead, scale = forward.predictions[k], forward.noises[k]
+                lam_hat, w_s[k] = self.call["retreat"](lam, ahead.F, ahead.G, scale)
+            u = forward.updates[k]
+            if k < stayed:
+                shift = lam_hat - window.costate[k]
+                moves = np.sqrt(max(shift @ u.state.covariance @ shift, 0.0))
+                if moves + window.away[:k].sum() <= settled:
+                    window.away[k], oldest = moves, k + 1
+                    break
+            window.costate[k], window.away[k] = lam_hat, 0
+            smoothed = self._smooth(u, lam_hat, u.deviation, u.e)
+            d_s[k], lam, window.length[k], expected[k] = smoothed
+            if k < n - 1:
+                window.length[k] += (((w_s[k] - w[k]) / forward.noises[k]) ** 2).sum()
+        length = float(window.length.sum())
+        return Smoothed(d_s, -lam, w_s, length, expected, oldest)
+
+    def _smooth(
+        self, u: Update, lam_hat: Array, deviation: Array, e: Array
+    ) -> tuple[Array, Array, float, Array]:
+        """Return a stage's smoothed deviation, λ in front of it, length, expected residuals."""
+        [spread] = self.call["spread"](u.state.covariance, lam_hat)
+        smoothed = self.call["smooth"](deviation, spread, lam_hat, u.W, e, u.L, u.H)
+        d_s, lam, part, expected = smoothed
+        return d_s, lam, float(part[0]), expected
+
+    def _pushed(self, forward: Forward, impulses: Array) -> tuple[Array, Array]:
+        """Return what impulses change in δ⁺ (n, n_x), before their own stage's, and in e."""
+        d_shift = np.zeros(impulses.shape)
+        e_shift = np.zeros((len(impulses), len(forward.updates[0].e)))
+        if not impulses.any():
+            return d_shift, e_shift
+        for k in range(1, len(impulses)):
+            before, here = forward.updates[k - 1], forward.updates[k]
+            shift = d_shift[k - 1] - before.state.covariance @ impulses[k - 1]
+            F = forward.predictions[k - 1].F
+            e_shift[k], d_shift[k] = self.call["propagate"](shift, F, here.W, here.L, here.H)
+        return d_shift, e_shift
+
+    def _held(
+        self, window: View, forward: Forward, d_s: Array, x: Array
+    ) -> tuple[Held, Array, Array]:
+        """Return the active set, the rows' standard deviations, C (n, n_x, n_c)."""
+        rows = [self.call["constrain"](state) for state in x]
+        n, n_x = x.shape
+        g, C = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+        C = C.reshape(n, n_x, self.n_c)
+        P = np.array([update.state.covariance for update in forward.updates])
+        std = np.sqrt(np.maximum(np.einsum("kij,kil,klj->kj", C, P, C), 0))
+        values = np.where(window.demanded > 0, g + np.einsum("kij,ki->kj", C, d_s), -np.inf)
+
+        def respond(row: int) -> Array:
+            impulses = np.zeros((n, n_x))
+            k, j = divmod(row, self.n_c)
+            impulses[k] = C[k, :, j]
+            return self._response(forward, impulses, C)
+
+        search = ActiveSet(values.ravel(), std.ravel(), respond, self._capacity)
+        return search.find(window.active.ravel() > 0), std, C
+
+    def _response(self, forward: Forward, impulses: Array, C: Array) -> Array:
+        """Return what impulses take from the values of all rows (n n_c,)."""
+        d_shift, e_shift = self._pushed(forward, impulses)
+        n = len(impulses)
+        response, lam = np.zeros((n, C.shape[2])), np.zeros(impulses.shape[1])
+        lam_hat = lam
+        for k in reversed(range(n)):
+            if k < n - 1:
+                ahead, scale = forward.predictions[k], forward.noises[k]
+                lam_hat, _ = self.call["retreat"](lam, ahead.F, ahead.G, scale)
+            lam_hat = lam_hat + impulses[k]
+            u = forward.updates[k]
+            response[k] = C[k].T @ (u.state.covariance @ lam_hat - d_shift[k])
+            [lam] = self.call["absorb"](lam_hat, u.W, e_shift[k], u.L, u.H)
+        return response.ravel()

@@ -1,0 +1,256 @@
+"""The reference moving-horizon estimator: every window solved by IPOPT."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from estimation.estimate import Estimate, Window
+from estimation.estimator import first_state, late_estimate, remarks
+from estimation.kalman_stage import KalmanStage, Update
+from estimation.recording import Measurement
+from estimation.status import Status
+from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse
+from mhe.config import MheConfig
+from mhe.constraint_rows import inequality_demanded
+from mhe.reference.window import WindowProblem
+from mhe.trajectory import Trajectory, WindowSolution
+from mhe.weights import Weights
+from models.arrays import Array
+from models.gaussian import GaussianState
+from models.state_space import StateSpaceModel
+
+RETURN_STATUS: Mapping[str, Status] = MappingProxyType(
+    {
+        "Solve_Succeeded": Status.SOLVED,
+        "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
+        "Maximum_CpuTime_Exceeded": Status.TIME_LIMIT,
+        "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
+        "Invalid_Number_Detected": Status.NOT_FINITE,
+        "Infeasible_Problem_Detected": Status.INFEASIBLE,
+    }
+)
+"""IPOPT's return status → ours; any other is `Status.SOLVER_FAILED`."""
+
+FEASIBILITY_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class MheState:
+    """The window before the next measurement.
+
+    Parameters
+    ----------
+    prior : of the window's first stage, given all measurements before it
+    measurements : the window's stages, at most N + 1
+    predictions : per stage, (n_x,): x_k|k-1 when it was the newest
+    trajectory : the last solution; None before the first measurement
+    newest : the last estimate, or the prior before the first measurement
+    """
+
+    prior: GaussianState
+    measurements: tuple[Measurement, ...]
+    predictions: tuple[Array, ...]
+    trajectory: Trajectory | None
+    newest: GaussianState
+
+
+class MheIpopt:
+    """Moving-horizon estimator that solves every window to convergence with IPOPT.
+
+    At the start the window grows from one stage. The covariance of the newest
+    state is the Gauss-Newton one: a pass of the Kalman stage over the window,
+    linearised at the optimum; bounds that are active do not narrow it.
+
+    References
+    ----------
+    Rao, Rawlings, Mayne (2003), Constrained state estimation for nonlinear
+    discrete-time systems, IEEE Trans. Automatic Control 48(2).
+    """
+
+    name = "mhe-ipopt"
+
+    def __init__(self, model: StateSpaceModel, config: MheConfig | None = None) -> None:
+        self.model = model
+        self.config = config or MheConfig()
+        self._stage, self._weights = KalmanStage(model), Weights(model, self.config)
+        self._problem = WindowProblem.build(model, self.config)
+        self._solver = ca.nlpsol("mhe", "ipopt", self._problem.nlp, self._solver_options())
+
+    def init(self, prior: GaussianState | None = None) -> MheState:
+        """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
+        prior = first_state(self.model, prior)
+        if self.config.arrival_cost == "none":
+            prior = diffuse(prior)
+        return MheState(prior, (), (), None, prior)
+
+    def step(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
+        """Slide the window onto the measurement and solve it."""
+        if state.measurements and measurement.time_s < state.measurements[-1].time_s:
+            newest_s = state.measurements[-1].time_s
+            return state, late_estimate(self.model, newest_s, state.newest)
+        window, estimate = self._attempt(state, measurement)
+        if Status.NOT_FINITE not in estimate.status:
+            return window, estimate
+        # A reading so far off that its square overflows would spoil the window for N
+        # steps: the instant stays, its readings go.
+        nothing = Measurement(measurement.time_s, np.full(self.model.n_y, np.nan))
+        window, estimate = self._attempt(state, nothing)
+        status = estimate.status & ~Status.NO_READING | Status.NOT_FINITE
+        return window, replace(estimate, status=status)
+
+    def solve(
+        self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
+    ) -> WindowSolution:
+        """Solve one window of at most N + 1 stages from a given start."""
+        window = MheState(prior, measurements, (), None, prior)
+        trajectory, status, iterations = self._solve(window, guess)
+        newest = self._covariance_pass(window, trajectory)[1]
+        cost = self._cost(trajectory, window)
+        return WindowSolution(trajectory, newest, cost, status, iterations)
+
+    def _attempt(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
+        window, guess = self._slide(state, measurement)
+        trajectory, status, iterations = self._solve(window, guess)
+        newest, newest_state = self._covariance_pass(window, trajectory)
+        if not np.isfinite(newest_state.covariance).all():
+            status |= Status.NOT_FINITE
+        status |= remarks(self.model, newest_state, measurement.y, newest.present)
+        window = replace(window, trajectory=trajectory, newest=newest_state)
+        times = np.array([m.time_s for m in window.measurements])
+        estimate = Estimate(
+            measurement.time_s,
+            newest_state,
+            status,
+            np.where(newest.present, newest.innovation, np.nan),
+            newest.innovation_covariance,
+            iterations,
+            Window(times, trajectory.states),
+        )
+        return window, estimate
+
+    def _slide(self, state: MheState, measurement: Measurement) -> tuple[MheState, Trajectory]:
+        """Append a stage, drop the oldest where the window is full, shift the solution."""
+        model = self.model
+        if state.trajectory is None:
+            guess = Trajectory(state.prior.mean[None, :], np.zeros((0, model.n_w)))
+            predicted = state.prior.mean
+            return MheState(state.prior, (measurement,), (predicted,), None, state.newest), guess
+        dt = measurement.time_s - state.measurements[-1].time_s
+        no_noise = np.zeros(model.n_w)
+        predicted = np.asarray(model.f(state.trajectory.states[-1], no_noise, dt)).ravel()
+        guess = Trajectory(
+            np.vstack([state.trajectory.states, predicted]),
+            np.vstack([state.trajectory.noises, no_noise]),
+        )
+        measurements = (*state.measurements, measurement)
+        predictions = (*state.predictions, predicted)
+        prior = state.prior
+        if len(measurements) > self.config.horizon + 1:
+            carry = ARRIVAL_COSTS[self.config.arrival_cost]
+            rows, _ = self._weights.readings(guess.states[0], measurements[0].y)
+            noises, _ = self._weights.noises(guess.noises[0])
+            ends = measurements[0], measurements[1]
+            slide = Slide(prior, *ends, guess, predictions[1], rows, noises)
+            prior = carry(self._stage, slide)
+            measurements, predictions = measurements[1:], predictions[1:]
+            guess = Trajectory(guess.states[1:], guess.noises[1:])
+        return MheState(prior, measurements, predictions, None, state.newest), guess
+
+    def _solve(self, window: MheState, guess: Trajectory) -> tuple[Trajectory, Status, int]:
+        problem = self._problem
+        # In standard deviations of what is about to be estimated, every tolerance means the same.
+        scale = self._covariance_pass(window, guess)[1].std
+        parameters = problem.parameters(window.prior, window.measurements, guess.states, scale)
+        start = problem.pack(window.prior, guess)
+        lower, upper = problem.constraint_bounds(window.measurements)
+        solution = self._solver(x0=start, p=parameters, lbg=lower, ubg=upper)
+        stats = self._solver.stats()
+        status = RETURN_STATUS.get(stats["return_status"], Status.SOLVER_FAILED)
+        variables = np.asarray(solution["x"]).ravel()
+        iterations = int(stats["iter_count"])
+        found = problem.unpack(variables, guess.states, scale)
+        if status is Status.SOLVED:
+            return found, status, iterations
+        return self._better(found, guess, window), status, iterations
+
+    def _better(self, found: Trajectory, guess: Trajectory, window: MheState) -> Trajectory:
+        """Return the better of two unfinished trajectories, made to obey the dynamics.
+
+        Less violation of bounds and inequalities comes first, then lower cost.
+        """
+        candidates = [self._rolled_out(found, window), self._rolled_out(guess, window)]
+        finite = [c for c in candidates if np.isfinite(c.states).all()]
+        return min(finite or candidates[1:], key=lambda c: self._merit(c, window))
+
+    def _rolled_out(self, trajectory: Trajectory, window: MheState) -> Trajectory:
+        states = [trajectory.states[0]]
+        times = [measurement.time_s for measurement in window.measurements]
+        for w, dt in zip(trajectory.noises, np.diff(times), strict=True):
+            states.append(np.asarray(self.model.f(states[-1], w, dt)).ravel())
+        return Trajectory(np.array(states), trajectory.noises)
+
+    def _merit(self, trajectory: Trajectory, window: MheState) -> tuple[float, float]:
+        model, violation = self.model, 0.0
+        for x, measurement in zip(trajectory.states, window.measurements, strict=True):
+            g = np.asarray(model.inequality(x)).ravel()
+            asked = g[inequality_demanded(model, measurement.y)]
+            outside = np.concatenate([model.lower - x, x - model.upper, asked])
+            violation = max(violation, float(outside.max(initial=0.0)))
+        cost = self._cost(trajectory, window)
+        return (violation if violation > FEASIBILITY_TOLERANCE else 0.0, cost)
+
+    def _cost(self, trajectory: Trajectory, window: MheState) -> float:
+        problem, no_scale = self._problem, np.ones(self.model.n_x)
+        parameters = problem.parameters(
+            window.prior, window.measurements, trajectory.states, no_scale
+        )
+        return float(problem.cost(problem.pack(window.prior, trajectory), parameters))
+
+    def _covariance_pass(
+        self, window: MheState, trajectory: Trajectory
+    ) -> tuple[Update, GaussianState]:
+        """Run the Kalman stage over the window, linearised at the trajectory."""
+        gaussian, times = window.prior, [m.time_s for m in window.measurements]
+        for k, measurement in enumerate(window.measurements):
+            if k:
+                x, w = trajectory.states[k - 1], trajectory.noises[k - 1]
+                scale, _ = self._weights.noises(w)
+                dt = times[k] - times[k - 1]
+                gaussian = self._stage.predict(gaussian, dt, x, w, scale).state
+            x, predicted = trajectory.states[k], gaussian
+            rows, _ = self._weights.readings(x, measurement.y)
+            update = self._stage.update(predicted, measurement.y, rows, x)
+            gaussian = update.state
+        if self.config.has_losses:  # told is the innovation itself, not its weighed share
+            told = self._stage.update(predicted, measurement.y, x_lin=x)
+            v, S = told.innovation, told.innovation_covariance
+            update = replace(update, innovation=v, innovation_covariance=S)
+        return update, GaussianState(trajectory.states[-1], gaussian.covariance)
+
+    def _solver_options(self) -> dict[str, Any]:
+        options: dict[str, Any] = {
+            "print_time": False,
+            "error_on_fail": False,
+            "show_eval_warnings": False,  # the status says it
+            "calc_lam_p": False,  # not used, and not finite at Δt = 0
+            "ipopt.print_level": 0,
+            "ipopt.sb": "yes",
+            "ipopt.tol": self.config.tolerance,
+            # The barrier keeps a weakly active state off its bound by about the root of it.
+            "ipopt.compl_inf_tol": 1e-2 * self.config.tolerance,
+            "ipopt.nlp_scaling_method": "none",  # everything is in standard deviations
+            "ipopt.max_iter": self.config.max_iterations,
+            "ipopt.acceptable_iter": 0,  # solved means converged, not almost
+            "ipopt.bound_relax_factor": 0.0,
+        }
+        if self.config.hessian == "gauss-newton":
+            options["hess_lag"] = self._problem.gauss_newton
+        if self.config.deadline_s is not None:
+            options["ipopt.max_wall_time"] = self.config.deadline_s
+        return options

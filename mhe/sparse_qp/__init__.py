@@ -1,0 +1,1 @@
+"""The linearised window as a sparse quadratic program, solved by OSQP."""

@@ -1,0 +1,144 @@
+"""The work behind ``pen-mhe estimate``: one recording, one pen, one estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from estimation.consistency import Consistency, consistency, nees, nis
+from estimation.estimate import EstimateHistory
+from estimation.estimator import run
+from estimation.recording import Recording
+from models.errors import InputError
+from models.pen import PenConfig, pen_model
+from models.state_space import StateSpaceModel
+from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, seen_only, state_errors
+from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.observe import judge
+from recordings.ink import InkMatch, ink_match
+from recordings.thinning import CameraThinning, LeftOutError, left_out_error, thinned
+from recordings.written import WrittenRecording
+
+
+@dataclass(frozen=True, eq=False)
+class EstimateRun:
+    """What came out of one run.
+
+    Parameters
+    ----------
+    history : one estimate per instant, camera instants included
+    output : one estimate per sample of the fastest sensor, the IMU
+    left_out : error against the camera frames that were left out
+    true_rms : RMS errors against the truth, where the recording has it, or that a column
+        is not observable
+    nis, nees : consistency of innovations, and of errors where the truth of every state is
+        known; None where there is nothing to judge by
+    ink : the path laid over the ink, where there is a scan
+    zero_delay : sensors whose readings were used at their capture in spite of a delay
+    """
+
+    model: StateSpaceModel
+    used: Recording
+    history: EstimateHistory
+    output: EstimateHistory
+    left_out: LeftOutError | None
+    true_rms: dict[str, float | str]
+    nis: Consistency | None
+    nees: Consistency | None
+    ink: InkMatch | None
+    zero_delay: tuple[str, ...]
+
+
+def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
+    """Return the pen's sensors that the recording has."""
+    return tuple(name for name in pen.sensors if name in recording.readings)
+
+
+def estimate_recording(
+    loaded: WrittenRecording,
+    pen: PenConfig,
+    estimator: str,
+    sensors: Sequence[str] | None = None,
+    settings: EstimatorSettings | None = None,
+    thinning: CameraThinning | None = None,
+    duration_s: float | None = None,
+    on_start: Callable[[int], Callable[[int], None]] | None = None,
+    writing_area: bool = True,
+) -> EstimateRun:
+    """Estimate a recording and compare with whatever reference it brings.
+
+    Parameters
+    ----------
+    sensors : names from the pen file; None takes all that the recording has
+    thinning : use fewer camera frames
+    duration_s : use only the first seconds
+    on_start : called with the number of steps; returns what is called as they are made
+    writing_area : see `models.pen.pen_model`
+    """
+    recording = loaded.recording
+    model = pen_model(pen, sensors or default_sensors(pen, recording), writing_area)
+    measured = [sensor.name for sensor in model.measured_sensors]
+    if not measured:
+        raise InputError(
+            f"sensors {', '.join(s.name for s in model.sensors)} have no readings of their own, "
+            "expected at least one that has"
+        )
+    recorded = recording.select(measured)
+    if duration_s is not None:
+        if not duration_s > 0:
+            raise InputError(f"duration is {duration_s:g} s, expected a positive time")
+        recorded = recorded.first(duration_s)
+    cameras = [s for s in model.sensors if s.kind == "pose_camera"]
+    used = recorded if thinning is None else thinned(model, recorded, thinning)
+    on_progress = on_start(len(used.time_s)) if on_start else None
+    history = run(create_estimator(estimator, model, settings), used, on_progress=on_progress)
+    fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
+    output = history.at(used.sensor(fastest)[0])
+    return EstimateRun(
+        model=model,
+        used=used,
+        history=history,
+        output=output,
+        left_out=left_out_error(model, cameras[0], history, recorded, used) if cameras else None,
+        true_rms=_true_rms(model, history, used),
+        nis=_nis(model, history),
+        nees=_nees(model, history, used),
+        ink=ink_match(output, loaded.ink) if loaded.ink else None,
+        zero_delay=tuple(s.name for s in model.sensors if s.delay_s > 0),
+    )
+
+
+def _true_rms(
+    model: StateSpaceModel, history: EstimateHistory, recording: Recording
+) -> dict[str, float | str]:
+    """Return RMS errors, not observable where a complete truth shows that no sensor sees them."""
+    truth = recording.truth
+    if truth is None:
+        return {}
+    known = {
+        column: entry
+        for column, entry in ERROR_COLUMNS.items()
+        if set(entry[0]) & set(model.state_names) <= set(truth.names)
+    }
+    errors = state_errors(model, history, truth)
+    rms = root_mean_square(model, errors, known)
+    if np.isnan(errors).any():
+        return dict(rms)
+    return seen_only(model, rms, judge(model, recording))
+
+
+def _nis(model: StateSpaceModel, history: EstimateHistory) -> Consistency | None:
+    squared, rows = nis(history, model.measured_rows)
+    return consistency(squared, rows) if rows.any() else None
+
+
+def _nees(
+    model: StateSpaceModel, history: EstimateHistory, recording: Recording
+) -> Consistency | None:
+    truth = recording.truth
+    if truth is None or not set(model.state_names) <= set(truth.names):
+        return None
+    squared = nees(model, history, truth.states(model.state_names, history.time_s))
+    return None if np.isnan(squared).all() else consistency(squared, model.n_x)

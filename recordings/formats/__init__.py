@@ -1,0 +1,1 @@
+"""Readers of recordings, a file per format."""

@@ -1,0 +1,155 @@
+"""What the columns of a recording's table mean, and the numbers in them.
+
+A header is a quantity and its unit: ``time_s``, ``<sensor>_<axis>_<unit>`` or
+``true_<state>``, each in any unit of its row of `models.units`; a sensor's may
+lack the unit.
+
+Messages count rows of data from 1: row 1 is the one below the header.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from models.arrays import Array
+from models.errors import InputError
+from models.pen import PenConfig, kinematic_states
+from models.sensor_kinds.table import bias_states, reading_axes
+from models.units import TIME_DIGITS, UNITS, accepted_names
+
+TIME, TRUTH_PREFIX = "time", "true_"
+
+
+@dataclass(frozen=True)
+class Column:
+    """What a header means.
+
+    Parameters
+    ----------
+    quantity : ``time``, ``accel_x``, ``true_tip_x_m``: the same in every unit
+    unit : a key of a row of `models.units.UNITS`; empty for a true state
+    factor : from the unit to SI
+    """
+
+    quantity: str
+    unit: str
+    factor: float
+
+
+def recording_columns(pen: PenConfig, units: Mapping[str, str]) -> dict[str, Column]:
+    """Return header → meaning, of every column that a recording of a pen may have.
+
+    Parameters
+    ----------
+    units : sensor name → unit of its headers without one, SI where absent or
+        a unit of something else (a camera's positions in mm, its angles in rad)
+    """
+    columns = {f"{TIME}_{unit}": Column(TIME, unit, f) for unit, f in UNITS["s"].items()}
+    states = [state for state, _ in kinematic_states(6)]
+    for sensor, config in pen.sensors.items():
+        states += bias_states(sensor, config).names
+        for axis, si_unit in reading_axes(config):
+            quantity, accepted = f"{sensor}_{axis}", UNITS[si_unit]
+            for unit, factor in accepted.items():
+                columns[f"{quantity}_{unit}"] = Column(quantity, unit, factor)
+            unit = units.get(sensor, si_unit)
+            unit = unit if unit in accepted else si_unit
+            columns[quantity] = Column(quantity, unit, accepted[unit])
+    for state in states:
+        for spelling, factor in accepted_names(state).items():
+            columns[TRUTH_PREFIX + spelling] = Column(TRUTH_PREFIX + state, "", factor)
+    return columns
+
+
+def column_units(
+    headers: Iterable[str], pen: PenConfig, units: Mapping[str, str] | None = None
+) -> Mapping[str, str]:
+    """Return sensor name → the unit that its columns are read in, where they share one.
+
+    Parameters
+    ----------
+    headers : of a table that `recordings.formats.tables.recording_from_table` accepts
+    units : sensor name → unit, for headers without one
+    """
+    columns = recording_columns(pen, units or {})
+    unit_of = {columns[header].quantity: columns[header].unit for header in headers}
+    shared = {}
+    for sensor, config in pen.sensors.items():
+        read = {unit_of.get(f"{sensor}_{axis}", "") for axis, _ in reading_axes(config)}
+        if len(read) == 1 and read != {""}:
+            shared[sensor] = read.pop()
+    return shared
+
+
+def spellings(quantity: str, columns: Mapping[str, Column]) -> list[str]:
+    """Return the headers that give a quantity, with units first."""
+    return [header for header, column in columns.items() if column.quantity == quantity]
+
+
+def expected_for(header: str, columns: Mapping[str, Column]) -> str:
+    """Say what was expected in place of an unknown header: other units, or everything in SI."""
+    if header.startswith(TRUTH_PREFIX):
+        quantities = dict.fromkeys(column.quantity for column in columns.values())
+        return f"one of {', '.join(q for q in quantities if q.startswith(TRUTH_PREFIX))}"
+    stems = [c.quantity for c in columns.values() if header.startswith(c.quantity + "_")]
+    if stems:
+        return " or ".join(spellings(max(stems, key=len), columns))
+    return ", ".join(
+        spelling
+        for spelling, column in columns.items()
+        if column.factor == 1 and column.unit and spelling != column.quantity
+    )
+
+
+def check_units_given(
+    units: Mapping[str, str], pen: PenConfig, headers: Iterable[str], where: str
+) -> None:
+    """Raise `InputError` for a unit of a sensor without such columns, or of something else."""
+    for sensor, unit in units.items():
+        axes = reading_axes(pen.sensors[sensor]) if sensor in pen.sensors else ()
+        if not {f"{sensor}_{axis}" for axis, _ in axes} & set(headers):
+            raise InputError(
+                f"{where}: a unit is given for {sensor}, expected columns of it "
+                "without a unit in their header"
+            )
+        accepted = [u for si_unit in dict.fromkeys(u for _, u in axes) for u in UNITS[si_unit]]
+        if unit not in accepted:
+            raise InputError(
+                f"{where}: unit {unit} of {sensor} is unknown, expected {' or '.join(accepted)}"
+            )
+
+
+def numbers(cells: pd.Series, where: str) -> Array:
+    """Return a column's numbers (n,), NaN where a cell is empty; all else must be finite."""
+    if cells.dtype.kind in "mM":  # pandas would count a date's nanoseconds
+        raise InputError(f"{where}: column {cells.name} holds {cells.dtype}, expected numbers")
+    values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+    bad = np.flatnonzero(~np.isfinite(values) & cells.notna().to_numpy())
+    if len(bad):
+        raise InputError(
+            f"{where}: column {cells.name}, row {bad[0] + 1}: {str(cells.iloc[bad[0]])!r} is not "
+            "a finite number, expected one (a sensor without a reading has an empty cell)"
+        )
+    return values
+
+
+def increasing_times(time_s: Array, header: str, where: str) -> Array:
+    """Return times (n,) to the nanosecond; none may be missing, repeated or go backward."""
+    empty = np.flatnonzero(np.isnan(time_s))
+    if len(empty):
+        raise InputError(
+            f"{where}: column {header} is empty in row {empty[0] + 1}, expected a time"
+        )
+    time_s = np.round(time_s, TIME_DIGITS)
+    late = np.flatnonzero(np.diff(time_s) <= 0)
+    if len(late):
+        row = late[0] + 1
+        raise InputError(
+            f"{where}: column {header}: time of row {row + 1} ({time_s[row]:.12g} s) does not "
+            f"follow the one before ({time_s[row - 1]:.12g} s), expected increasing times"
+        )
+    return time_s

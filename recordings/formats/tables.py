@@ -1,0 +1,224 @@
+"""Recordings and estimates as tables: CSV and Parquet.
+
+A recording has a column ``time_s`` (or ``time_ms``, ``time_us``) and columns
+``<sensor>_<axis>``, with the unit at the end of the header
+(``accel_x_m_s2``, ``gyro_x_deg_s``) or given by option, else SI. Columns
+``true_<state>`` hold the truth, in any unit of their row of `models.units`.
+
+An empty cell is a sensor without a reading. A CSV that says ``nan`` or ``inf``
+is refused; in Parquet an empty cell and NaN are the same.
+
+Messages count rows of data from 1: row 1 is the one below the header.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet
+
+from estimation.recording import Recording, Truth
+from models.arrays import Array
+from models.errors import InputError
+from models.pen import PenConfig
+from models.sensor_kinds.table import reading_axes
+from recordings.formats.columns import (
+    TIME,
+    TRUTH_PREFIX,
+    check_units_given,
+    expected_for,
+    increasing_times,
+    numbers,
+    recording_columns,
+    spellings,
+)
+
+TABLE_SUFFIXES = (".csv", ".parquet")
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """Read a CSV or Parquet file by its suffix.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or a column has no name or that of another.
+    """
+    where, kind = f"recording {path}", path.suffix[1:]
+    if path.suffix not in TABLE_SUFFIXES:
+        raise InputError(
+            f"{where}: suffix {path.suffix or '(none)'} is unknown, "
+            "expected .csv, .parquet or a D-POINT folder"
+        )
+    try:
+        is_empty = path.stat().st_size == 0
+        header, table = ([], None) if is_empty else _READERS[path.suffix](path)
+    except OSError as error:
+        raise InputError(f"{where}: {error.strerror or error}, expected a table") from None
+    except pd.errors.ParserWarning:
+        raise InputError(
+            f"{where}: row 1 has more cells than the header, expected as many"
+        ) from None
+    except ValueError as error:
+        ragged = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
+        if ragged:
+            cells, line, found = ragged.groups()
+            raise InputError(
+                f"{where}: line {line} of the file has {found} cells, "
+                f"expected {cells} as in the header"
+            ) from None
+        raise InputError(f"{where}: cannot be read, expected a {kind} table") from None
+    if table is None:
+        raise InputError(f"{where} is empty (zero bytes), expected a header and samples")
+    if len(header) == 1:
+        raise InputError(
+            f"{where}: a single column, expected several (a CSV separates them by commas)"
+        )
+    for number, column in enumerate(header, 1):
+        if not column:
+            raise InputError(f"{where}: column {number} has no name, expected one in the header")
+        if header.index(column) < number - 1:
+            raise InputError(f"{where}: column {column} appears twice, expected it once")
+    return table
+
+
+def _read_csv(path: Path) -> tuple[list[str], pd.DataFrame]:
+    """Read header and table; pandas would rename columns that appear twice."""
+    first = pd.read_csv(path, header=None, nrows=1, dtype=str, keep_default_na=False)
+    with warnings.catch_warnings():
+        # Where row 1 is longer than the header, pandas would drop its end.
+        warnings.simplefilter("error", pd.errors.ParserWarning)
+        table = pd.read_csv(
+            path, keep_default_na=False, na_values=[""], index_col=False, low_memory=False
+        )
+    return [str(column) for column in first.iloc[0]], table
+
+
+def _read_parquet(path: Path) -> tuple[list[str], pd.DataFrame]:
+    header = pyarrow.parquet.read_schema(path).names
+    # pandas cannot read a table in which a name appears twice; its header says enough.
+    is_unique = len(set(header)) == len(header)
+    return header, pd.read_parquet(path) if is_unique else pd.DataFrame()
+
+
+_READERS = MappingProxyType({".csv": _read_csv, ".parquet": _read_parquet})
+
+
+def prepare_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None:
+    """Refuse a suffix before the work that would be lost, and make folder and file.
+
+    Raises
+    ------
+    InputError
+        If the suffix is not one of `suffixes`, or the folder cannot be made.
+    """
+    if path.suffix not in suffixes:
+        raise InputError(
+            f"output {path}: suffix {path.suffix or '(none)'} is unknown, "
+            f"expected {', '.join(suffixes)}"
+        )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("ab"):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"output {path}: {error.strerror}, expected a file that can be written"
+        ) from None
+
+
+def write_table(table: pd.DataFrame, path: Path) -> None:
+    """Write a table as CSV or Parquet by its suffix."""
+    prepare_output(path)
+    if path.suffix == ".csv":
+        table.to_csv(path, index=False)
+    else:
+        table.to_parquet(path, index=False)
+
+
+def recording_from_table(
+    table: pd.DataFrame, pen: PenConfig, name: str, units: Mapping[str, str] | None = None
+) -> Recording:
+    """Turn a table into a recording of the pen's sensors that it has columns of.
+
+    Parameters
+    ----------
+    units : sensor name → unit of its columns, for headers without one
+
+    Raises
+    ------
+    InputError
+        If a column is missing, unknown, given twice or empty, a cell is not a
+        finite number, or times do not increase; the message names column and row.
+    """
+    where = f"recording {name}"
+    headers = [str(header) for header in table.columns]
+    columns = recording_columns(pen, units or {})
+    found: dict[str, str] = {}
+    for header in headers:
+        if header not in columns:
+            raise InputError(
+                f"{where}: unknown column {header}, expected {expected_for(header, columns)}"
+            )
+        quantity = columns[header].quantity
+        other = found.setdefault(quantity, header)
+        if other != header:
+            raise InputError(
+                f"{where}: columns {other} and {header} both give {quantity}, expected one"
+            )
+    check_units_given(units or {}, pen, headers, where)
+    if TIME not in found:
+        raise InputError(
+            f"{where}: expected exactly one column of {', '.join(spellings(TIME, columns))}, "
+            "found none"
+        )
+    if not len(table):
+        raise InputError(f"{where} is empty below its header, expected at least one sample")
+    values = {
+        quantity: numbers(table[header], where) * columns[header].factor
+        for quantity, header in found.items()
+    }
+    time_s = increasing_times(values[TIME], found[TIME], where)
+    readings = {}
+    for sensor, config in pen.sensors.items():
+        axes = [f"{sensor}_{axis}" for axis, _ in reading_axes(config)]
+        missing = [axis for axis in axes if axis not in found]
+        if len(missing) == len(axes):
+            continue
+        if missing:
+            raise InputError(
+                f"{where}: column {', '.join(missing)} is missing, expected every axis of {sensor}"
+            )
+        readings[sensor] = np.column_stack([values[axis] for axis in axes])
+        if np.isnan(readings[sensor]).all():
+            raise InputError(
+                f"{where}: the columns of {sensor} are empty, expected a reading or no such columns"
+            )
+    if not readings:
+        raise InputError(f"{where}: no sensor's columns, expected {expected_for('', columns)}")
+    states = [quantity for quantity in found if quantity.startswith(TRUTH_PREFIX)]
+    truth = None
+    if states:
+        names = tuple(state.removeprefix(TRUTH_PREFIX) for state in states)
+        truth = Truth(time_s, names, np.column_stack([values[state] for state in states]))
+    return Recording(name, time_s, MappingProxyType(readings), truth)
+
+
+def recording_to_table(recording: Recording, pen: PenConfig) -> pd.DataFrame:
+    """Return a recording as a table with units in its headers, truth included."""
+    columns: dict[str, Array] = {"time_s": recording.time_s}
+    for sensor, values in recording.readings.items():
+        for i, (axis, unit) in enumerate(reading_axes(pen.sensors[sensor])):
+            columns[f"{sensor}_{axis}_{unit}"] = values[:, i]
+    if recording.truth is not None:
+        # The truth may be given at more instants than the readings.
+        states = recording.truth.states(recording.truth.names, recording.time_s)
+        for i, state in enumerate(recording.truth.names):
+            columns[TRUTH_PREFIX + state] = states[:, i]
+    return pd.DataFrame(columns)

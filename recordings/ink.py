@@ -1,0 +1,179 @@
+"""Mean ink distance: how far an estimated path lies from the ink on the paper."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from estimation.estimate import EstimateHistory
+from models.arrays import Array
+from models.errors import InputError
+
+INCH_MM = 25.4
+OUTLIER_FACTOR = 2.0
+RESAMPLING_MM = 0.5
+TRIMMED_SAMPLES = 70
+ALIGNMENT_ROUNDS, MOST_ROUNDS = 8, 100
+"""Of nearest neighbour and mean: to compare starts; of the best one, until it settles."""
+
+SETTLED_MM = 1e-6
+STARTING_GRID_MM = 4.0
+STARTING_POINTS = 300
+OFF_PAPER = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Ink:
+    """The ink that a recording left, (m, 2) mm, and when the pen pressed: (n,) s, 0 or 1."""
+
+    points_mm: Array
+    time_s: Array
+    pressed: Array
+
+
+@dataclass(frozen=True, eq=False)
+class InkMatch:
+    """A path laid over the ink: distance and both point sets, mm."""
+
+    mean_distance_mm: float
+    path_mm: Array
+    ink_mm: Array
+
+
+def otsu_threshold(grey: Array) -> int:
+    """Return the grey level (0 to 255) that best separates two classes.
+
+    Maximises the variance between the classes "at or below" and "above".
+
+    References
+    ----------
+    Otsu (1979), IEEE Trans. Systems, Man, and Cybernetics 9(1).
+    """
+    counts = np.bincount(grey.astype(np.uint8).ravel(), minlength=256).astype(float)
+    levels = np.arange(256)
+    below = np.cumsum(counts)
+    above = below[-1] - below
+    sum_below = np.cumsum(counts * levels)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean_below = sum_below / below
+        mean_above = (sum_below[-1] - sum_below) / above
+        between = below * above * (mean_below - mean_above) ** 2
+    return int(np.nanargmax(between))
+
+
+def ink_points_mm(scan: str | Path) -> Array:
+    """Return the ink pixels (n, 2) of a scan in mm, x to the right, y upwards.
+
+    Pixels at or below the Otsu threshold, without those farther from the
+    median point than twice the median distance.
+    """
+    from PIL import Image
+
+    try:
+        with Image.open(scan) as image:
+            dpi = float(image.info.get("dpi", (0,))[0])
+            grey = np.asarray(image.convert("L"))
+    except OSError as error:
+        raise InputError(f"{scan}: {error}, expected an image") from None
+    if not dpi > 0:
+        raise InputError(f"{scan}: no resolution in the image's metadata, expected dpi")
+    rows, columns = np.nonzero(grey <= otsu_threshold(grey))
+    points = np.column_stack([columns, grey.shape[0] - 1 - rows]) * INCH_MM / dpi
+    distance = np.linalg.norm(points - np.median(points, axis=0), axis=1)
+    return np.asarray(points[distance <= OUTLIER_FACTOR * np.median(distance)])
+
+
+def written_path_mm(tip_xy_m: Array, pressed: Array) -> Array:
+    """Resample a path along its length and keep where the pen presses.
+
+    Parameters
+    ----------
+    tip_xy_m : (n, 2) tip at the IMU samples
+    pressed : (n,) 1 where the pen presses, 0 where not
+    """
+    inner = slice(TRIMMED_SAMPLES, len(tip_xy_m) - TRIMMED_SAMPLES)
+    xy, pressed = tip_xy_m[inner] * 1e3, np.asarray(pressed, dtype=float)[inner]
+    if len(xy) < 2:
+        raise InputError(
+            f"path of {len(tip_xy_m)} samples is too short for the ink distance, "
+            f"expected more than {2 * TRIMMED_SAMPLES + 1}"
+        )
+    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
+    at = np.arange(0, length[-1], RESAMPLING_MM)
+    resampled = np.column_stack([np.interp(at, length, xy[:, i]) for i in range(2)])
+    return resampled[np.interp(at, length, pressed) > 0.5]
+
+
+def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
+    """Shift a path onto the ink (never rotate or scale it) and measure the distance.
+
+    The rounds of nearest neighbour and mean end in a local optimum, so they
+    start from many shifts that lay the path's extent within the ink's: a part
+    of a text fits in several places. The best one counts. Looking for it, a
+    nearest neighbour is good to half a millimetre (`recordings.ink_map`).
+    """
+    from scipy.spatial import cKDTree  # slow to import, for scanned ink only
+
+    from recordings.ink_map import InkMap
+
+    coarse, tree = InkMap(ink_mm).nearest, cKDTree(ink_mm)
+    thinned = path_mm[:: max(1, len(path_mm) // STARTING_POINTS)]
+    starts = _starting_shifts(path_mm, ink_mm)
+    shifts = [_settled_shift(thinned, coarse, start) for start in starts]
+    best = min(shifts, key=lambda shift: _mean_distance(thinned + shift, coarse))
+    shifted = path_mm + _settled_shift(
+        path_mm, lambda at: ink_mm[tree.query(at)[1]], best, MOST_ROUNDS
+    )
+    distance, _ = tree.query(shifted)
+    return InkMatch(float(np.mean(distance)), shifted, ink_mm)
+
+
+def ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:
+    """Lay the tip over the ink; None for a part too short to compare.
+
+    A path `OFF_PAPER` times as large as the ink is infinitely far from it.
+    """
+    if len(output) <= 2 * TRIMMED_SAMPLES + 1:
+        return None
+    pressed = np.interp(output.time_s, ink.time_s, ink.pressed)
+    tip_xy = np.column_stack([output.column("tip_x_m"), output.column("tip_y_m")])
+    on_paper = 1e3 * tip_xy[TRIMMED_SAMPLES:-TRIMMED_SAMPLES]
+    if np.ptp(on_paper, axis=0).max() > OFF_PAPER * np.ptp(ink.points_mm, axis=0).max():
+        return InkMatch(math.inf, on_paper, ink.points_mm)
+    path = written_path_mm(tip_xy, pressed)
+    if len(path) == 0:
+        return None
+    return match_ink(path, ink.points_mm)
+
+
+def _starting_shifts(path_mm: Array, ink_mm: Array) -> list[Array]:
+    """Return the shift of the medians and a grid that keeps the path's extent within the ink's."""
+    low = ink_mm.min(axis=0) - path_mm.min(axis=0)
+    high = ink_mm.max(axis=0) - path_mm.max(axis=0)
+    low, high = np.minimum(low, high) - STARTING_GRID_MM, np.maximum(low, high) + STARTING_GRID_MM
+    x, y = (np.arange(low[i], high[i] + STARTING_GRID_MM, STARTING_GRID_MM) for i in range(2))
+    grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    return [np.median(ink_mm, axis=0) - np.median(path_mm, axis=0), *grid]
+
+
+def _settled_shift(
+    path_mm: Array,
+    nearest: Callable[[Array], Array],
+    start: Array,
+    rounds: int = ALIGNMENT_ROUNDS,
+) -> Array:
+    shift = start
+    for _ in range(rounds):
+        step = (nearest(path_mm + shift) - path_mm - shift).mean(axis=0)
+        shift = shift + step
+        if np.abs(step).max() < SETTLED_MM:
+            break
+    return np.asarray(shift)
+
+
+def _mean_distance(points_mm: Array, nearest: Callable[[Array], Array]) -> float:
+    return float(np.linalg.norm(nearest(points_mm) - points_mm, axis=1).mean())

@@ -1,0 +1,1 @@
+"""Which sensors, which estimator? One folder a question."""

@@ -1,0 +1,1 @@
+"""Does optimisation pay where the start is wrong?"""

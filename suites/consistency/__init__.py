@@ -1,0 +1,1 @@
+"""Can one trust the standard deviations?"""

@@ -1,0 +1,165 @@
+"""Monte Carlo consistency: many runs with known truth, NEES and NIS of each estimator.
+
+Each case draws its truth anew for every seed. Where it is drawn from the model itself,
+a consistent estimator has a mean NEES of n_x and a mean NIS per row of 1; the
+standard error is taken across runs, because the instants of one run are not
+independent. Where the truth is handwriting, no white jerk drives it: the figures show
+what the process noise is worth, they prove nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from estimation.consistency import nees, nis
+from estimation.estimator import run
+from models.arrays import Array
+from models.errors import InputError
+from models.pen import PenConfig, Prior, ProcessNoise, pen_model
+from pen_mhe.estimators import EstimatorSettings, create_estimator
+from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+
+
+@dataclass(frozen=True)
+class ConsistencyCase:
+    """Where the truth comes from and how well its start is known.
+
+    Parameters
+    ----------
+    label : for tables
+    motion : ``model`` draws the truth from the model, else a name of `models.motions.motions`
+    prior : changes of the pen's prior, its fields by name
+    duration_s : of each run
+    """
+
+    label: str
+    motion: str
+    prior: Mapping[str, float]
+    duration_s: float = 0.5
+
+
+def _angles(std_deg: float) -> dict[str, float]:
+    return {f"{name}_std_rad": np.radians(std_deg) for name in ("azimuth", "elevation", "spin")}
+
+
+SETTLED = {
+    **_angles(1.0),
+    "elevation_rad": 0.9,
+    "angle_rate_std_rad_s": 0.1,
+    "acceleration_std_m_s2": 0.3,
+    "angle_acceleration_std_rad_s2": 2.0,
+}
+"""A pen whose attitude is known to 1° and which hardly moves yet."""
+
+CASES: Mapping[str, ConsistencyCase] = MappingProxyType(
+    {
+        "settled": ConsistencyCase("drawn from the model, start known to 1°", DRAWN, SETTLED),
+        "moving": ConsistencyCase(
+            "drawn from the model, start known to 3°, already moving",
+            DRAWN,
+            {**_angles(3.0), "elevation_rad": 0.9},
+        ),
+        "picked-up": ConsistencyCase(
+            "drawn from the model, start known to 20°, already moving",
+            DRAWN,
+            {**_angles(20.0), "elevation_rad": 0.9},
+        ),
+        "handwriting": ConsistencyCase("smooth handwriting", "handwriting", {}, 3.0),
+    }
+)
+"""Name → case. The angle's white jerk is `ANGLE_JERK` in all that are drawn from the model."""
+
+ANGLE_JERK = 10.0
+"""rad/s³/√Hz"""
+
+
+@dataclass(frozen=True, eq=False)
+class ConsistencyRuns:
+    """Statistics of many runs.
+
+    Parameters
+    ----------
+    n_x : number of states, the expected NEES
+    nees : (runs,) mean NEES of each run
+    nis_per_row : (runs,) mean NIS of each run per present row, expected 1
+    """
+
+    n_x: int
+    nees: Array
+    nis_per_row: Array
+
+    @property
+    def standard_error(self) -> float:
+        """Standard error of the mean NEES across runs, at most √(2 n_x / runs).
+
+        A consistent estimator's is never larger (it is that where a run is one draw of
+        χ²); a larger one comes from a heavy tail, which would excuse any mean.
+        """
+        sample = self.nees.std(ddof=1) / np.sqrt(len(self.nees))
+        return float(min(sample, np.sqrt(2 * self.n_x / len(self.nees))))
+
+    @property
+    def deviation(self) -> float:
+        """(mean NEES - n_x) in standard errors."""
+        return float((self.nees.mean() - self.n_x) / self.standard_error)
+
+
+def case_pen(pen: PenConfig, case: ConsistencyCase) -> PenConfig:
+    """Return the pen of a case: its prior, and its process noise where that is drawn from."""
+    prior = Prior.model_validate({**pen.prior.model_dump(), **case.prior})
+    noise = pen.process_noise
+    if case.motion == DRAWN:
+        tip = noise.tip_jerk_density_m_s3_per_sqrt_hz
+        noise = ProcessNoise(
+            tip_jerk_density_m_s3_per_sqrt_hz=tip, angle_jerk_density_rad_s3_per_sqrt_hz=ANGLE_JERK
+        )
+    return pen.model_copy(update={"prior": prior, "process_noise": noise})
+
+
+def case_named(name: str) -> ConsistencyCase:
+    """Return a case of the table; raises `InputError` for an unknown one."""
+    if name not in CASES:
+        raise InputError(f"case {name} is unknown, expected one of {', '.join(CASES)}")
+    return CASES[name]
+
+
+def run_case(
+    pen: PenConfig,
+    sensors: Iterable[str] | None,
+    case: ConsistencyCase,
+    estimator: str,
+    seeds: Iterable[int],
+    settings: EstimatorSettings | None = None,
+) -> ConsistencyRuns:
+    """Run one estimator on the recordings of one case, one per seed."""
+    pen = case_pen(pen, case)
+    # A truth that is drawn knows of no writing area.
+    model = pen_model(pen, sensors, writing_area=case.motion != DRAWN)
+    built = create_estimator(estimator, model, settings)
+    mean_nees, nis_per_row = [], []
+    for seed in seeds:
+        if case.motion == DRAWN:
+            recording = simulate_model(model, case.duration_s, seed)
+        else:
+            recording = simulate_recording(pen, sensors, case.motion, case.duration_s, seed)
+        assert recording.truth is not None
+        history = run(built, recording)
+        states = recording.truth.states(model.state_names, history.time_s)
+        squared, rows = nis(history, model.measured_rows)
+        mean_nees.append(nees(model, history, states).mean())
+        nis_per_row.append(np.nansum(squared) / rows.sum())
+    return ConsistencyRuns(model.n_x, np.array(mean_nees), np.array(nis_per_row))
+
+
+def joined(parts: Iterable[ConsistencyRuns]) -> ConsistencyRuns:
+    """Join runs of the same case and estimator."""
+    parts = list(parts)
+    return ConsistencyRuns(
+        parts[0].n_x,
+        np.concatenate([part.nees for part in parts]),
+        np.concatenate([part.nis_per_row for part in parts]),
+    )

@@ -1,0 +1,49 @@
+"""Tasks of suites: which there are, how one runs in whatever process it ends up."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from benchmark.runner import identity
+from benchmark.runner.run import TaskFunction, Workers, run_tasks
+from benchmark.tasks.suite import Scope
+from benchmark.tasks.task import Outcome, Task, failed
+from suites.table import find_suite
+
+_one_at_a_time = threading.Lock()
+"""Estimators are kept between the tasks of a process, and none serves two threads at once."""
+
+
+def execute(task: Task, scope: Scope) -> Outcome:
+    """Run a task; one that breaks off is an outcome too, with its reason."""
+    with _one_at_a_time:
+        try:
+            return find_suite(task.suite).run(task, scope)
+        except Exception as error:  # whatever it is, it is this task's row
+            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+            # A file's name may hold what no table can.
+            return failed(reason.encode("utf-8", "replace").decode("utf-8"))
+
+
+def chosen_tasks(suites: Sequence[str], scope: Scope) -> list[Task]:
+    """Return all tasks of suites; of one that lacks its data, those that need none."""
+    return [task for name in suites for task in find_suite(name).tasks(scope)]
+
+
+def task_identity(task: Task, scope: Scope) -> str:
+    """Return what a finished task must have been run with to count as finished."""
+    return identity.task_identity(find_suite(task.suite).reads(task), scope)
+
+
+def run_suites(
+    tasks: Sequence[Task],
+    scope: Scope,
+    workers: Workers,
+    folder: Path,
+    on_start: Callable[[int], Callable[[int], None]],
+    function: TaskFunction = execute,
+) -> int:
+    """Run tasks of suites that are not finished; see `benchmark.runner.run.run_tasks`."""
+    return run_tasks(tasks, scope, workers, folder, on_start, function, task_identity)

@@ -1,0 +1,36 @@
+"""Runs of one estimator from many starts, which is built only once."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from estimation.estimate import EstimateHistory
+from estimation.estimator import Estimator, run
+from estimation.recording import Recording
+from mhe.config import MheConfig
+from models.gaussian import GaussianState
+from pen_mhe.estimators import EstimatorSettings, create_estimator
+from suites.gyro_free.pen import TwoAccelerometers, two_accelerometers
+
+SETTINGS = EstimatorSettings(mhe=MheConfig(tolerance=1e-5, max_iterations=30))
+"""1e-5 of a standard deviation is nothing, and 30 iterations bound the time of a task."""
+
+
+def run_from(
+    name: str, pen: TwoAccelerometers, prior: GaussianState, recording: Recording
+) -> EstimateHistory:
+    """Run an estimator of the benchmark on a pen's recording.
+
+    Parameters
+    ----------
+    name : of the estimator
+    pen : the pen that it is told of
+    prior : of the first state
+    """
+    return run(_estimator(name, pen), recording, prior=prior)
+
+
+@cache
+def _estimator(name: str, pen: TwoAccelerometers) -> Estimator[Any]:
+    return create_estimator(name, two_accelerometers(pen)[1], SETTINGS)

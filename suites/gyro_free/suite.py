@@ -1,0 +1,90 @@
+"""The suite ``gyro-free``: [GyroFree], and the pen model with the same two accelerometers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from benchmark.tasks.suite import Scope, Suite
+from benchmark.tasks.task import Outcome, Task
+from models.errors import InputError
+from suites.gyro_free.array_pairs import FOLDER, PARTS
+from suites.gyro_free.array_task import run_array
+from suites.gyro_free.cases import ARRAY_CASES, ARRAY_CLASSICAL, CASES, MODEL_BASED, TWO_ACCELS
+from suites.gyro_free.figures import figures
+from suites.gyro_free.simulated import run_simulated
+
+NAME = "gyro-free"
+
+
+def tasks(scope: Scope) -> list[Task]:
+    """Return the tasks of the suite, those of the slowest estimator first."""
+    found = simulated_tasks(scope.seeds)
+    if has_array(scope):
+        segments = {part: len(PARTS[part](str(scope.data))) for part in PARTS}
+        found += array_tasks(scope.seeds, segments)
+    order = {estimator: place for place, estimator in enumerate(MODEL_BASED)}
+    return sorted(found, key=lambda task: order.get(task.estimator, len(order)))
+
+
+def simulated_tasks(seeds: int) -> list[Task]:
+    """Return the tasks on simulated gestures: every seed is one gesture."""
+    found = []
+    for name, case in CASES.items():
+        rows = [(TWO_ACCELS, estimator) for estimator in case.classical]
+        rows += [(sensors, estimator) for sensors in case.sensors for estimator in MODEL_BASED]
+        found += [Task(NAME, name, *row, seed) for row in rows for seed in range(seeds)]
+    return found
+
+
+def array_tasks(seeds: int, segments: Mapping[str, int]) -> list[Task]:
+    """Return the tasks on the real array: every seed is one segment of a part, while it has any."""
+    return [
+        Task(NAME, name, TWO_ACCELS, estimator, seed)
+        for name, case in ARRAY_CASES.items()
+        for estimator in (*ARRAY_CLASSICAL, *(MODEL_BASED if case.model_based else ()))
+        for seed in range(min(seeds, segments[case.part]))
+    ]
+
+
+def run(task: Task, scope: Scope) -> Outcome:
+    """Run one task."""
+    if task.case in ARRAY_CASES:
+        if scope.data is None:
+            raise InputError(f"case {task.case} has no data, expected a folder of recordings")
+        return run_array(task, scope.data)
+    if task.case not in CASES:
+        known = ", ".join((*CASES, *ARRAY_CASES))
+        raise InputError(f"case {task.case} is unknown, expected one of {known}")
+    return run_simulated(task)
+
+
+def has_array(scope: Scope) -> bool:
+    """Return whether the recording of the array is there."""
+    return scope.data is not None and (Path(scope.data) / FOLDER).is_dir()
+
+
+def missing(scope: Scope) -> str:
+    """Say that the recording is not there, where it is not."""
+    if has_array(scope):
+        return ""
+    return f"No {FOLDER} among the data: two accelerometers on simulated gestures only."
+
+
+SUITE = Suite(
+    NAME,
+    "Without gyroscopes [GyroFree]",
+    "Two three-axis accelerometers on the long axis of a pen stand in for a gyroscope: their "
+    "difference is integrated, and a redundant equation corrects the rate inside the "
+    "integration. The test case has the paper's numbers (l = 0.04 m, 2 s, 5 ms, bias 1e-4 g and "
+    "noise 1e-5 g of the difference); its profile is lost, and ours is a substitute: a gesture "
+    "from rest whose rate turns its direction. EKF and MHE get the same two accelerometers "
+    "through the pen model, estimate their biases as well, and are free to roll, told that the "
+    "pen does not roll (as the integration takes it), or that its spin is constant. Where data "
+    "is given, pairs of accelerometers on a real board are judged by its gyroscopes.",
+    tasks,
+    run,
+    Path(__file__).parent / "claims.toml",
+    figures,
+    missing,
+)

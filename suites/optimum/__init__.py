@@ -1,0 +1,1 @@
+"""Does the real-time MHE end where IPOPT ends?"""

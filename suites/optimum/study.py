@@ -1,0 +1,154 @@
+"""The work behind ``pen-mhe optimum``: does the real-time MHE end where IPOPT ends?"""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from itertools import groupby
+from pathlib import Path
+
+import pandas as pd
+
+from benchmark.console import console, print_table
+from benchmark.runner.independent import finished
+from estimation.output_folder import prepare_folder
+from suites.optimum.cases import WindowKey, window_table
+from suites.optimum.kinds import KINDS
+from suites.optimum.reference import LONGEST_LEFT
+from suites.optimum.run import (
+    ABOVE,
+    COST_LIMIT,
+    IPOPT_FAILED,
+    NEWEST_LIMIT,
+    SAME,
+    WindowRow,
+    WindowSummary,
+    compare,
+    summary,
+)
+
+WINDOWS_PER_TASK = 10
+
+
+def run_optimum(output: Path, windows: int, jobs: int, seed: int = 0) -> None:
+    """Compare on a seeded table of windows; print counts and lists, write ``optimum.csv``.
+
+    Parameters
+    ----------
+    output : folder to write to
+    windows : number of them, see `suites.optimum.cases.window_table`
+    jobs : processes
+    seed : of the first window
+    """
+    prepare_folder(output)
+    rows = compare_all(window_table(windows, seed), jobs)
+    as_table(rows).to_csv(output / "optimum.csv", index=False)
+    _print_kinds(rows)
+    _print_summary(summary(rows))
+    console.print(
+        f"\nPython {platform.python_version()}, casadi {version('casadi')}, "
+        f"numpy {version('numpy')}, pen-mhe {version('pen-mhe')}; table in {output}"
+    )
+
+
+def compare_all(keys: Sequence[WindowKey], jobs: int) -> list[WindowRow]:
+    """Compare windows in processes; rows in the order of the keys."""
+    found: dict[WindowKey, WindowRow] = {}
+    for _, future in finished("optimum", _run, _tasks(keys), jobs):
+        found |= {row.key: row for row in future.result()}
+    return [found[key] for key in keys]
+
+
+def as_table(rows: Sequence[WindowRow]) -> pd.DataFrame:
+    """Return one line per window, statuses by name."""
+    return pd.DataFrame(
+        {
+            **asdict(row.key),
+            **{name: value for name, value in vars(row).items() if name != "key"},
+            "status": row.status.label,
+            "ipopt_status": row.ipopt_status.label,
+        }
+        for row in rows
+    )
+
+
+def _tasks(keys: Sequence[WindowKey]) -> list[tuple[WindowKey, ...]]:
+    """Return few windows at a time, of one model and horizon: solvers are built for these."""
+
+    def problem(key: WindowKey) -> tuple[str, int]:
+        return key.model, key.horizon
+
+    groups = [tuple(group) for _, group in groupby(sorted(keys, key=problem), problem)]
+    return [
+        group[first : first + WINDOWS_PER_TASK]
+        for group in groups
+        for first in range(0, len(group), WINDOWS_PER_TASK)
+    ]
+
+
+def _run(keys: Sequence[WindowKey]) -> list[WindowRow]:
+    return [compare(key) for key in keys]
+
+
+def _print_kinds(rows: Sequence[WindowRow]) -> None:
+    lines = []
+    for name, kind in KINDS.items():
+        of_kind = summary([row for row in rows if row.key.kind == name])
+        counts = [str(count) for count in of_kind.verdicts.values()]
+        worst = [f"{of_kind.newest_distance:.1e}", f"{of_kind.relative:.1e}"]
+        lines.append([kind.label, *counts, *worst])
+    print_table(
+        f"mhe against IPOPT from the same start, {len(rows)} windows",
+        ["windows", *summary(rows).verdicts, "newest apart / std", "costs apart, relative"],
+        lines,
+    )
+
+
+def _print_summary(found: WindowSummary) -> None:
+    counts = found.verdicts
+    console.print(
+        f"\nsame minimum: {counts[SAME]}, of which {len(found.missed)} are farther apart than "
+        f"{NEWEST_LIMIT:g} standard deviations or {COST_LIMIT:g} of the cost"
+        f"\nIPOPT had to be carried on with the exact Hessian: {found.carried_on}"
+        f"\nIPOPT failed: {counts[IPOPT_FAILED]}, its Newton step left is longer than "
+        f"{LONGEST_LEFT:g}; in {found.near_anyway} of them mhe is within {NEWEST_LIMIT:g}"
+    )
+    lists = {
+        "farther apart than that": found.missed,
+        f"{ABOVE} IPOPT's minimum": found.above,
+        IPOPT_FAILED: found.ipopt_failed,
+    }
+    for title, rows in lists.items():
+        if rows:
+            console.print()
+            print_table(title, LISTED, [_listed(row) for row in rows])
+
+
+LISTED = [
+    "seed",
+    "model",
+    "kind",
+    "N",
+    "cost",
+    "relative",
+    "newest / std",
+    "status",
+    "Newton step left",
+]
+
+
+def _listed(row: WindowRow) -> list[str]:
+    key = row.key
+    return [
+        str(key.seed),
+        key.model,
+        key.kind,
+        str(key.horizon),
+        f"{row.cost:.6g}",
+        f"{row.relative:+.1e}",
+        f"{row.newest_distance:.1e}",
+        row.status.label,
+        f"{row.newton_length:.0e}, IPOPT {row.ipopt_newton_length:.0e}",
+    ]

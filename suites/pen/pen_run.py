@@ -1,0 +1,128 @@
+"""A run of the whole pen at handwriting speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+from benchmark.configurations import CONFIGURATIONS
+from benchmark.tasks.history import outcome, state_series
+from benchmark.tasks.task import Outcome, Quantity, Series, Task
+from estimation.estimate import EstimateHistory
+from estimation.estimator import Estimator, run
+from estimation.recording import Recording, Truth
+from models.arrays import Array
+from models.pen import pen_model
+from models.state_space import StateSpaceModel
+from pen_mhe.errors import ERROR_COLUMNS, state_errors
+from pen_mhe.estimators import create_estimator
+from pen_mhe.observe import judge
+from recordings.simulate_pen import simulate_recording
+from suites.pen.pen_cases import DURATION_S, MOTION, PEN_CASES, REFERENCE, assumed_pen, moving_pen
+
+SETTLING_S = 1.0
+"""Begin of a run that errors leave out."""
+
+UNITS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "tip_mm": ("tip", "mm"),
+        "azimuth_deg": ("azimuth", "deg"),
+        "elevation_deg": ("elevation", "deg"),
+        "spin_deg": ("spin", "deg"),
+        "rates_deg_s": ("rates", "deg/s"),
+    }
+)
+"""Column of `pen_mhe.errors.ERROR_COLUMNS` → quantity and unit."""
+
+SHOWN: Mapping[str, tuple[str, str, float]] = MappingProxyType(
+    {
+        "tip_x": ("tip_x_m", "mm", 1e3),
+        "tip_y": ("tip_y_m", "mm", 1e3),
+        "elevation": ("elevation_rad", "deg", 180 / math.pi),
+    }
+)
+"""Quantity of a series → state, unit, factor from SI."""
+
+SHOWN_SENSORS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "accel+gyro": ("elevation",),
+        "two accelerometers": ("elevation",),
+        "camera": ("tip_x", "tip_y", "elevation"),
+        "accel+gyro+camera": ("tip_x", "tip_y", "elevation"),
+    }
+)
+"""Configuration → quantities that figures show over time."""
+
+
+def run_pen(task: Task) -> Outcome:
+    """Run an estimator on simulated handwriting."""
+    estimator = _estimator(task.case, task.sensors, task.estimator)
+    recording = _recording(task.case, task.sensors, task.seed)
+    truth = recording.truth
+    assert truth is not None
+    model = estimator.model
+    history = run(estimator, replace(recording, truth=None))
+    quantities = pen_quantities(model, history, truth, _seen(task.case, task.sensors))
+    series: list[Series] = []
+    if task.seed == 0 and task.case == REFERENCE:
+        series = [
+            state_series(history, truth, SHOWN[name][0], name, *SHOWN[name][1:])
+            for name in SHOWN_SENSORS.get(task.sensors, ())
+        ]
+    return outcome(model.name, history, quantities, series=series)
+
+
+def pen_quantities(
+    model: StateSpaceModel, history: EstimateHistory, truth: Truth, seen: Mapping[str, bool]
+) -> list[Quantity]:
+    """Return the errors of a pen's tip, angles and rates after `SETTLING_S`.
+
+    Parameters
+    ----------
+    seen : state name → whether the sensors show it; a quantity is observable where all of
+        its states are
+    """
+    errors = state_errors(model, history, truth)
+    later: Array = history.time_s - history.time_s[0] >= SETTLING_S
+    found = []
+    for column, (quantity, unit) in UNITS.items():
+        states, factor = ERROR_COLUMNS[column]
+        known = [name for name in states if name in model.state_names]
+        if known:
+            index = [model.state_names.index(name) for name in known]
+            of_run = factor * errors[later][:, index]
+            found.append(
+                Quantity.of_errors(quantity, unit, of_run, all(seen[name] for name in known))
+            )
+    return found
+
+
+def _recording(case: str, sensors: str, seed: int) -> Recording:
+    return simulate_recording(
+        moving_pen(case),
+        CONFIGURATIONS[sensors].sensors,
+        MOTION,
+        DURATION_S,
+        seed,
+        PEN_CASES[case].speed,
+    )
+
+
+@cache
+def _estimator(case: str, sensors: str, name: str) -> Estimator[Any]:
+    return create_estimator(name, pen_model(assumed_pen(case), CONFIGURATIONS[sensors].sensors))
+
+
+@cache
+def _seen(case: str, sensors: str) -> Mapping[str, bool]:
+    """Return which states a configuration shows, along the motion of seed 0.
+
+    What the sensors show is the moving pen's matter, not that of what is assumed of it.
+    """
+    model = pen_model(moving_pen(case), CONFIGURATIONS[sensors].sensors)
+    found = judge(model, _recording(case, sensors, 0))
+    return MappingProxyType({name: found.sees(name) for name in model.state_names})

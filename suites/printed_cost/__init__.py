@@ -1,0 +1,1 @@
+"""What do the errors of the paper's equations cost?"""

@@ -1,0 +1,103 @@
+"""A problem's windows as one file of arrays: all that another solver needs.
+
+``problem_<key>.npz``; every array is described in docs/speed.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimation.kalman_stage import KalmanStage
+from models.pen import PenConfig
+from models.state_space import StateSpaceModel
+from suites.speed.problems import Problem
+from suites.speed.windows import SolvedWindow, running_on
+
+GEOMETRY = ("position_m", "sensor_to_body")
+"""Fields of a mounted sensor that are written as they are."""
+
+
+def write_problem(problem: Problem, solved: Sequence[SolvedWindow], folder: Path) -> Path:
+    """Write the file of a problem; return its path."""
+    path = folder / f"problem_{problem.key}.npz"
+    arrays: dict[str, Any] = problem_arrays(problem, solved)
+    np.savez_compressed(path, **arrays)
+    return path
+
+
+def problem_arrays(problem: Problem, solved: Sequence[SolvedWindow]) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a problem's file, by name."""
+    model = solved[0].window.model
+    return {
+        **_parameters(problem),
+        **_model_arrays(model),
+        **_window_arrays(model, solved),
+    }
+
+
+def _parameters(problem: Problem) -> dict[str, NDArray[Any]]:
+    """Gravity, degrees of freedom, and where every sensor sits."""
+    config = problem.body.config
+    arrays: dict[str, Any] = {
+        "body": "pen" if isinstance(config, PenConfig) else "turntable",
+        "gravity_m_s2": config.gravity_m_s2,
+        "sensor_names": list(config.sensors),
+        "sensor_kinds": [sensor.kind for sensor in config.sensors.values()],
+    }
+    if isinstance(config, PenConfig):
+        arrays["degrees_of_freedom"] = config.degrees_of_freedom
+        arrays["fixed_spin_rad"] = config.fixed_spin_rad
+    for name, sensor in config.sensors.items():
+        for field in GEOMETRY:
+            arrays[f"{name}_{field}"] = getattr(sensor, field)
+        if hasattr(sensor, "axes"):
+            arrays[f"{name}_axes"] = ["xyz".index(axis) for axis in sensor.axes]
+    return {name: np.array(value) for name, value in arrays.items()}
+
+
+def _model_arrays(model: StateSpaceModel) -> dict[str, NDArray[Any]]:
+    """Names, noise and bounds."""
+    return {
+        "state_names": np.array(model.state_names),
+        "reading_names": np.array(model.reading_names),
+        "noise_std": model.noise_std,
+        "lower": model.lower,
+        "upper": model.upper,
+    }
+
+
+def _window_arrays(
+    model: StateSpaceModel, solved: Sequence[SolvedWindow]
+) -> dict[str, NDArray[Any]]:
+    """Transition, prior, readings, warm start and solution of every window."""
+    windows = [each.window for each in solved]
+    dt = np.array([window.dt for window in windows])
+    steps, which = np.unique(dt, return_inverse=True)
+    stage = KalmanStage(model)
+    F, G = zip(*(stage.derivatives(model.prior.mean, float(step)) for step in steps), strict=True)
+    optima = [running_on(model, each.window.prior.mean, each.optimum.trajectory) for each in solved]
+    readings = np.array([[m.y for m in window.measurements] for window in windows])
+    arrays: Mapping[str, Any] = {
+        "step_s": steps,
+        "F": F,
+        "G": G,
+        "step_index": which.reshape(dt.shape),
+        "time_s": [[m.time_s for m in window.measurements] for window in windows],
+        "prior_mean": [window.prior.mean for window in windows],
+        "prior_covariance": [window.prior.covariance for window in windows],
+        "prior_factor": [window.prior_factor for window in windows],
+        "y": readings,
+        "present": [window.present for window in windows],
+        "warm_states": [window.guess.states for window in windows],
+        "warm_noises": [window.guess.noises for window in windows],
+        "solution_states": [optimum.states for optimum in optima],
+        "solution_noises": [optimum.noises for optimum in optima],
+        "newest_std": [each.optimum.newest.std for each in solved],
+        "cost": [each.optimum.cost for each in solved],
+    }
+    return {name: np.array(value) for name, value in arrays.items()}

@@ -1,0 +1,67 @@
+"""An estimator exported as C, on the same stream: what runs on a pen, here through ctypes.
+
+Timed is the call that takes a measurement into the state that the C keeps; the state is set
+back outside the clock.
+"""
+
+from __future__ import annotations
+
+from codegen.export import export_c
+from codegen.exportable import exportable
+from codegen.exported import Exported, ExportedState
+from estimation import native
+from estimation.recording import Measurement
+from mhe.config import MheConfig
+from models.errors import InputError
+from models.state_space import StateSpaceModel
+from suites.speed.contender import ContenderAbsentError, Outcome
+from suites.speed.own_contenders import VERSION
+from suites.speed.samples import Sample
+
+
+class ExportedStep:
+    """An export's step, one sample at a time.
+
+    Parameters
+    ----------
+    name : one of `codegen.exportable.EXPORTABLE`
+    real : ``double`` or ``float``
+    config : of a moving-horizon estimator, None for a filter
+    """
+
+    version = VERSION
+
+    def __init__(
+        self,
+        model: StateSpaceModel,
+        example: Sample,
+        name: str,
+        real: str = "double",
+        config: MheConfig | None = None,
+    ) -> None:
+        if native.compiler() is None:
+            raise ContenderAbsentError("there is no export to run without a compiler")
+        try:
+            self._exported = Exported(export_c(exportable(name, model, config), real))
+        except InputError as refusal:
+            raise ContenderAbsentError(str(refusal)) from None
+        self._state = self._exported.init()
+        self._before: tuple[ExportedState, Measurement] | None = None
+
+    def prepare(self, item: Sample) -> None:
+        """Set the state back by taking the step before once more."""
+        self._measurement = item.measurement
+        if self._before is None:
+            self._exported.init()
+        else:
+            self._exported.step(*self._before)
+
+    def solve(self) -> None:
+        """Take the measurement."""
+        self._exported.take(self._measurement.time_s, self._measurement.y)
+
+    def outcome(self) -> Outcome:
+        """Go on to the next sample."""
+        self._before = self._state, self._measurement
+        self._state, estimate = self._exported.step(*self._before)
+        return Outcome(estimate.status.is_solved, estimate.state.mean)

@@ -1,0 +1,178 @@
+"""The suite: every problem's windows, and a stream for the filters and for what keeps factors."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from models.state_space import StateSpaceModel
+from suites.speed.contender import Entry, ItemT, Outcome
+from suites.speed.contenders import (
+    REUSE_CONTENDERS,
+    REUSE_HORIZONS,
+    WINDOW_CONTENDERS,
+    sample_contenders,
+    stream_contenders,
+)
+from suites.speed.cost import WindowCost
+from suites.speed.held_rows import HeldRows
+from suites.speed.problems import Problem
+from suites.speed.rows import Quality, Row, row
+from suites.speed.runner import Racer, built, race
+from suites.speed.samples import filtered_stream
+from suites.speed.windows import SolvedWindow, SpeedWindow, solved_windows
+
+WARM_UP = 2
+"""Windows at the front of a table that do not count."""
+LEAST_SHARE = 0.95
+"""Of the processor's time; a race that had less says so."""
+
+Start = Callable[[int], Callable[[int], object]]
+"""Number of steps → what to call with the number that are done, to show progress."""
+Progress = Callable[[str], AbstractContextManager[Start]]
+Absent = Callable[[str, str], object]
+"""Called with the name of a contender that is left out, and why."""
+
+
+def no_progress(description: str) -> AbstractContextManager[Start]:
+    """Show nothing."""
+    return nullcontext(lambda total: lambda done: None)
+
+
+@dataclass(frozen=True)
+class StreamPlan:
+    """How much of a stream the filters run over.
+
+    Parameters
+    ----------
+    samples : that are timed
+    warm_up : before those, not counted
+    runs : how often the whole stream is taken in one call
+    """
+
+    samples: int = 1000
+    warm_up: int = 50
+    runs: int = 20
+
+
+@dataclass(frozen=True, eq=False)
+class RacedProblem:
+    """A problem after its race: rows, and the windows that were timed."""
+
+    problem: Problem
+    model: StateSpaceModel
+    rows: tuple[Row, ...]
+    windows: tuple[SolvedWindow, ...]
+
+
+def race_windows(
+    problem: Problem,
+    absent: Absent,
+    progress: Progress = no_progress,
+    entries: Sequence[Entry[SpeedWindow]] = WINDOW_CONTENDERS,
+) -> RacedProblem:
+    """Race all contenders on a problem's windows."""
+    count = WARM_UP + problem.windows
+    with progress(f"{problem.key}: windows") as start:
+        solved = solved_windows(problem, count, start(count))
+    windows = [each.window for each in solved]
+    model, timed = windows[0].model, solved[WARM_UP:]
+    racers = _raced(problem.key, entries, model, windows, WARM_UP, absent, progress)
+    window_cost, held = WindowCost(model, problem.horizon), HeldRows(model)
+
+    def quality(i: int, outcome: Outcome) -> Quality:
+        assert outcome.trajectory is not None
+        window, found = timed[i].window, outcome.trajectory
+        cost = window_cost(window, found.states[0], found.noises)
+        rolled_out = window_cost.states(window, found.states[0], found.noises)
+        return Quality(cost, held.violation(window, rolled_out))
+
+    newest = [each.optimum.newest for each in timed]
+    active = active_rows(held, timed) if problem.bounded else None
+    rows = tuple(row(racer, problem, model, newest, quality, active) for racer in racers)
+    return RacedProblem(problem, model, rows, tuple(timed))
+
+
+def active_rows(held: HeldRows, solved: Sequence[SolvedWindow]) -> float:
+    """Return how many rows of bounds and inequalities are active in a window's optimum, mean."""
+    counts = []
+    for each in solved:
+        states = each.optimum.trajectory.states
+        active = held.active(each.window.measurements, states, each.window.scale)
+        counts.append(active.sum())
+    return float(np.mean(counts))
+
+
+def race_filters(
+    problem: Problem, plan: StreamPlan, absent: Absent, progress: Progress = no_progress
+) -> tuple[Row, ...]:
+    """Race what steps along a stream, then what takes it in one call.
+
+    Parameters
+    ----------
+    problem : whose recording makes the stream
+    """
+    model = problem.model
+    count = plan.warm_up + plan.samples
+    stream = filtered_stream(problem, model, count)
+    first, second = (sample.measurement.time_s for sample in stream.samples[:2])
+    steps, calls = sample_contenders(second - first), stream_contenders(count)
+    key = f"{problem.name} stream"
+    live = _raced(key, steps, model, stream.samples, plan.warm_up, absent, progress)
+    whole = [stream.whole] * (1 + plan.runs)
+    batch = _raced(f"{key}, batch", calls, model, whole, 1, absent, progress)
+    after = [stream.reference[-1]] * plan.runs
+    return (
+        *(row(racer, problem, model, stream.reference[plan.warm_up :]) for racer in live),
+        *(row(racer, problem, model, after) for racer in batch),
+    )
+
+
+def race_reuse(
+    problem: Problem, plan: StreamPlan, absent: Absent, progress: Progress = no_progress
+) -> tuple[Row, ...]:
+    """Race passes that keep factors along a stream against full ones, sample by sample.
+
+    Parameters
+    ----------
+    problem : whose recording makes the stream; factors are kept where its sensors hold all
+        states
+    """
+    model = problem.model
+    warm_up = plan.warm_up + max(REUSE_HORIZONS)  # before that the longest window is not full
+    stream = filtered_stream(problem, model, warm_up + plan.samples)
+    key = f"{problem.name} stream, reuse"
+    racers = _raced(key, REUSE_CONTENDERS, model, stream.samples, warm_up, absent, progress)
+    return tuple(row(racer, problem, model, stream.reference[warm_up:]) for racer in racers)
+
+
+def few(problem: Problem, windows: int) -> Problem:
+    """Return the problem with at most so many windows."""
+    return replace(problem, windows=min(windows, problem.windows))
+
+
+def _raced(
+    key: str,
+    entries: Sequence[Entry[ItemT]],
+    model: StateSpaceModel,
+    items: Sequence[ItemT],
+    warm_up: int,
+    absent: Absent,
+    progress: Progress,
+) -> list[Racer[ItemT]]:
+    with progress(f"{key}: building contenders") as start:
+        racers = built(entries, model, items[0], absent, start(len(entries)))
+    with progress(f"{key}: race") as start:
+        share = race(racers, items, warm_up, start(len(racers) * len(items)))
+    if share < LEAST_SHARE:
+        warnings.warn(
+            f"{key}: the race had the processor for {share:.0%} of its time; other work runs "
+            "on this machine and makes times too long",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+    return racers

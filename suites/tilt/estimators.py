@@ -1,0 +1,138 @@
+"""The estimators of the suite as data, and one run of each kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from benchmark.configurations import BENCHMARK_ESTIMATORS
+from benchmark.tasks.task import Quantity
+from classical_baseline.fixed_weight import FixedWeightConfig
+from classical_baseline.weight_search import Ended
+from estimation.estimator import Estimator, run
+from models.arrays import Array
+from models.replaced_prior import replaced_prior
+from models.turntable import turntable_model
+from pen_mhe.estimators import EstimatorSettings, create_estimator
+from suites.tilt.cases import FULL_TURN
+from suites.tilt.operations import ekf_operations, mhe_operations, operations
+from suites.tilt.recursion import raw_function, recursion_function, run_compiled, run_raw_compiled
+from suites.tilt.samples import SENSORS, TiltSamples, case_named, installed
+from suites.tilt.turns import gravity_direction, tilts_of
+from suites.tilt.weights import fused, trained_weights
+
+ACCELEROMETER, CURVE = "accelerometer", "fixed-weight-curve"
+PUBLISHED = FixedWeightConfig()
+"""w = 0.25."""
+
+FIXED_WEIGHT: Mapping[str, Callable[[str], FixedWeightConfig]] = MappingProxyType(
+    {
+        "fixed-weight": lambda case: PUBLISHED,
+        "fixed-weight-searched": lambda case: FixedWeightConfig(
+            trained_weights(case).searched.weight
+        ),
+        "fixed-weight-best": lambda case: FixedWeightConfig(trained_weights(case).best),
+        "fixed-weight-carried": lambda case: FixedWeightConfig(trained_weights(FULL_TURN).best),
+        "fixed-weight-printed": lambda case: FixedWeightConfig(
+            trained_weights(case).best, form="printed", sign="previous"
+        ),
+    }
+)
+"""Estimator → its settings in a case: published, found by the published search, best up to
+300, best in the full turn, best but with formula and sign as printed."""
+
+MODEL_BASED = tuple(reversed(BENCHMARK_ESTIMATORS))
+"""Estimators with a model, the slow ones first."""
+
+START_STD_RAD = float(np.radians(2.0))
+"""Of the start that a model is told: the angles of the first reading, as in (10)."""
+
+
+@dataclass(frozen=True, eq=False)
+class TiltRun:
+    """What an estimator says of samples.
+
+    Parameters
+    ----------
+    model : its name; empty without one
+    direction : (n, 3)
+    roll_std_deg : (n,) as claimed; None without a claim
+    step_time_s : (m,) per sample
+    figures : of its own
+    solved_fraction : of the steps
+    """
+
+    model: str
+    direction: Array
+    roll_std_deg: Array | None
+    step_time_s: Array
+    figures: tuple[Quantity, ...]
+    solved_fraction: float = 1.0
+
+
+def run_accelerometer(samples: TiltSamples) -> TiltRun:
+    """Take every reading as it is."""
+    direction, seconds = run_raw_compiled(samples.acceleration_g)
+    return TiltRun("", direction, None, seconds, (_operations(operations(raw_function())),))
+
+
+def run_fixed_weight(estimator: str, case: str, samples: TiltSamples) -> TiltRun:
+    """Run the recursion with one of `FIXED_WEIGHT`; its time is that of the default form."""
+    config = FIXED_WEIGHT[estimator](case)
+    _, seconds = run_compiled(config.weight, samples.time_s, samples.acceleration_g, samples.rates)
+    figures = [
+        _operations(operations(recursion_function())),
+        Quantity.single("weight", "1", config.weight),
+    ]
+    if estimator == "fixed-weight-searched":
+        ended = trained_weights(case).searched.ended
+        figures += [
+            Quantity.single(f"search ended, {name}", "1", float(ended is way))
+            for name, way in (
+                ("inside", Ended.INSIDE),
+                ("lower bound", Ended.LOWER_BOUND),
+                ("upper bound", Ended.UPPER_BOUND),
+            )
+        ]
+    return TiltRun("", fused(samples, config), None, seconds, tuple(figures))
+
+
+def run_model(estimator: str, case: str, samples: TiltSamples) -> TiltRun:
+    """Run an estimator with the carrier's model, told the angles of the first reading."""
+    chosen = _estimator(estimator, case)
+    model = chosen.model
+    first = [float(angle[0]) for angle in tilts_of(samples.acceleration_g[:1])]
+    told = replaced_prior(
+        model, dict(zip(model.state_names[:2], first, strict=True)), START_STD_RAD
+    )
+    recording = samples.recording(installed(case_named(case).installation).gravity_m_s2)
+    history = run(chosen, recording, prior=told)
+    if estimator == "ekf":
+        count: float = ekf_operations(model)
+    else:
+        passes = float(np.mean(history.iterations))
+        horizon = EstimatorSettings().mhe.horizon
+        count = mhe_operations(model, horizon, passes, searches=estimator == "mhe")
+    return TiltRun(
+        model.name,
+        gravity_direction(history.mean[:, 0], history.mean[:, 1]),
+        np.degrees(history.std[:, 1]),
+        history.step_time_s,
+        (_operations(count), Quantity.single("passes", "1", float(np.mean(history.iterations)))),
+        history.solved_fraction,
+    )
+
+
+@cache
+def _estimator(name: str, case: str) -> Estimator[Any]:
+    model = turntable_model(installed(case_named(case).installation), SENSORS)
+    return create_estimator(name, model)
+
+
+def _operations(count: float) -> Quantity:
+    return Quantity.single("operations", "1", float(count))

@@ -1,0 +1,31 @@
+"""Commands that fill a folder refuse one that cannot be written before they work."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from commands.cli import app
+
+COMMANDS = (
+    *(("bad-starts",), ("optimum",), ("printed-cost",), ("real-time",)),
+    *(("benchmark", "pen"), ("benchmark", "speed")),
+)
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
+def test_a_file_stands_in_the_way(
+    command: tuple[str, ...], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Speed and real time may run in a process of their own: what that says is caught, too."""
+    taken = tmp_path / "taken"
+    taken.write_text("mine")
+    result = CliRunner().invoke(app, [*command, "--output", str(taken)])
+    said = result.stderr + capfd.readouterr().err
+    assert result.exit_code == 2
+    assert said.startswith(f"pen-mhe: output {taken}: ")
+    assert said.endswith("expected a folder that can be written\n")
+    assert said.count("\n") == 1
+    assert taken.read_text() == "mine"

@@ -1,0 +1,154 @@
+"""The commands that answer a question: observe, consistency, printed-cost."""
+
+from __future__ import annotations
+
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from commands.cli import app
+from models.pen_file import find_pen
+from pen_mhe.observe import MOTIONS
+from suites.consistency.run import CASES, run_case
+from suites.printed_cost import study
+from suites.printed_cost.run import CONFIGURATIONS, MODELS
+from suites.printed_cost.study import run_printed_cost
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+
+def call(*arguments: str) -> Any:
+    return CliRunner().invoke(app, arguments)
+
+
+def rows(output: str) -> dict[str, list[str]]:
+    """First cell of every row of a Markdown table → the other cells."""
+    lines = [line for line in output.splitlines() if line.startswith("| ")]
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    return {first: others for first, *others in cells}
+
+
+@cache
+def observed(*options: str) -> str:
+    result = call("observe", "--duration", "0.5", *options)
+    assert result.exit_code == 0, result.stderr
+    return str(result.stdout)
+
+
+def check_sentence(result: Any, sentence: str) -> None:
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    message = result.stderr.strip()
+    assert message.startswith("pen-mhe: ")
+    assert "\n" not in message
+    assert sentence in message
+
+
+def test_observe_says_that_inertial_sensors_do_not_see_azimuth() -> None:
+    printed = observed("--sensors", "accel,gyro")
+    title = printed.splitlines()[0]
+    assert title == "reference pen, 6 degrees of freedom: accel, gyro, area; 0.5 s"
+    table = rows(printed)
+    assert len(table) == 2 + 24
+    assert table["state"] == ["known before (std)", *MOTIONS]
+    _, *azimuth = table["azimuth_rad"]
+    assert len(azimuth) == len(MOTIONS)
+    assert all(cell.startswith("not observable (") for cell in azimuth)
+    before, *rates = table["spin_rate_rad_s"]
+    assert before == "1 rad/s"
+    assert not any("not observable" in cell for cell in rates)
+    assert "no reading shows azimuth_rad alone" in printed
+    for motion in MOTIONS:
+        assert f"{motion}: " in printed
+    assert "23 of 24 directions are observable" in printed
+
+
+def test_without_the_area_observe_says_that_nothing_holds_the_tip() -> None:
+    with_area = observed("--sensors", "accel,gyro")
+    without = observed("--sensors", "accel,gyro", "--no-writing-area")
+    assert without.splitlines()[0].endswith("accel, gyro; 0.5 s")
+    for state in ("tip_x_m", "tip_x_velocity_m_s"):
+        assert f"no reading shows {state} alone" in without
+        assert f"no reading shows {state} alone" not in with_area
+        assert "not observable (100.0%)" in rows(without)[state]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (
+            ("observe", "--sensors", "accel,radar"),
+            "sensor radar is not in the pen reference pen; expected one of accel, gyro",
+        ),
+        (("observe", "--duration", "0"), "duration is 0.0 s, expected a positive time"),
+        (("observe", "--pen", "nowhere.toml"), "pen file nowhere.toml does not exist"),
+        (
+            ("consistency", "--cases", "settled,calm"),
+            "case calm is unknown, expected one of settled, moving, picked-up, handwriting",
+        ),
+        (
+            ("consistency", "--estimators", "ukf"),
+            "estimator ukf is unknown, expected one of ekf, mhe-ipopt",
+        ),
+        (("consistency", "--sensors", "accel,radar"), "sensor radar is not in the pen D-POINT"),
+        (("consistency", "--cases", ","), "',' has no name in it, expected"),
+    ],
+)
+def test_a_bad_call_gets_one_sentence(arguments: tuple[str, ...], sentence: str) -> None:
+    check_sentence(call(*arguments), sentence)
+
+
+def test_one_run_is_no_statistics() -> None:
+    """Refused by the command line itself, in a box of its own."""
+    result = call("consistency", "--runs", "1")
+    assert result.exit_code == 2
+    assert "'--runs'" in result.stderr
+
+
+def test_consistency_prints_a_row_per_case_and_estimator() -> None:
+    result = call(
+        "consistency", "--cases", "settled", "--estimators", "ekf", "--runs", "2", "--jobs", "1"
+    )
+    assert result.exit_code == 0, result.stderr
+    table = rows(result.stdout)
+    case = CASES["settled"]
+    assert list(table) == ["truth", "---", case.label]
+    estimator, nees, expected, away, nis = table[case.label]
+    runs = run_case(find_pen("dpoint"), ("accel", "gyro", "camera"), case, "ekf", range(2))
+    assert (estimator, expected) == ("ekf", "24")
+    assert nees == f"{runs.nees.mean():.4g} (median {np.median(runs.nees):.4g})"
+    assert away.startswith(f"{runs.deviation:+.1f} (")
+    assert nis == f"{runs.nis_per_row.mean():.3f}"
+    assert result.stdout.startswith("D-POINT stylus, 2 runs each")
+    assert "within 2.6 standard errors of the number of states" in result.stdout
+
+
+def test_printed_cost_writes_table_and_figure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = partial(run_printed_cost, speeds=(1.0,), seeds=(3, 4), duration_s=1.1)
+    monkeypatch.setattr(study, "run_printed_cost", few)
+    output = tmp_path / "made" / "cost"
+    result = call("printed-cost", "--output", str(output))
+    assert result.exit_code == 0, result.stderr
+    assert sorted(path.name for path in output.iterdir()) == [
+        "printed_cost.csv",
+        "printed_cost.png",
+    ]
+    assert (output / "printed_cost.png").read_bytes().startswith(b"\x89PNG")
+    table = pd.read_csv(output / "printed_cost.csv")
+    pairs = [(sensors, model) for sensors in CONFIGURATIONS for model in MODELS]
+    assert list(zip(table["sensors"], table["model"], strict=True)) == pairs
+    blind = table["sensors"] == "without camera"
+    assert set(table.loc[blind, "azimuth_deg"]) == {"not observable"}
+    assert (table.loc[~blind, "azimuth_deg"].astype(float) > 0).all()
+    assert "RMS errors of the EKF, mean ± spread over 2 seeds of 'handwriting', 1.1 s each" in (
+        result.stdout
+    )
+    assert result.stdout.count("| 1 | ") == len(pairs)
+    assert f"table and figure in {output}" in result.stdout

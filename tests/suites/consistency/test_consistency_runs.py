@@ -1,0 +1,176 @@
+"""Monte Carlo consistency: covariances are as large as the errors, where truth is the model's.
+
+Standard errors are across runs. They come from the sample where a mean is tested against
+its expectation with many runs, and from χ² where there are only a few.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+from models.errors import InputError
+from models.pen import PenConfig, pen_model
+from models.pen_file import find_pen
+from recordings.simulate_pen import DRAWN
+from suites.consistency.run import (
+    ANGLE_JERK,
+    CASES,
+    ConsistencyRuns,
+    case_named,
+    case_pen,
+    joined,
+    run_case,
+)
+
+SENSORS = ("accel", "gyro", "camera")
+LIMIT = 2.6
+"""Standard errors: 99 % of consistent estimators stay within."""
+
+RUNS, PROCESSES = 200, 2
+
+
+def pen_of(degrees_of_freedom: int = 6) -> PenConfig:
+    return find_pen("dpoint").model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+
+
+def runs_of(
+    case: str, estimator: str, seeds: Sequence[int], degrees_of_freedom: int = 6
+) -> ConsistencyRuns:
+    return run_case(pen_of(degrees_of_freedom), SENSORS, CASES[case], estimator, seeds)
+
+
+def check_mean(runs: ConsistencyRuns, standard_error: float) -> None:
+    assert abs(runs.nees.mean() - runs.n_x) < LIMIT * standard_error
+
+
+def check_many(runs: ConsistencyRuns) -> None:
+    """NEES and NIS within the limit of standard errors of the sample itself.
+
+    That of the NEES is below √(2 n_x / runs): a run says more than one instant of it. So
+    covariances that are 5 % off would not pass.
+    """
+    n = len(runs.nees)
+    assert n == RUNS
+    nees_error, nis_error = (
+        float(values.std(ddof=1) / np.sqrt(n)) for values in (runs.nees, runs.nis_per_row)
+    )
+    assert nees_error < np.sqrt(2 * runs.n_x / n)
+    check_mean(runs, nees_error)
+    assert abs(runs.nis_per_row.mean() - 1) < LIMIT * nis_error
+
+
+@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+def test_the_settled_case_is_as_specified(degrees_of_freedom: int) -> None:
+    """Drawn from the model with 10 rad/s³/√Hz, for 0.5 s, around an elevation of 0.9 rad."""
+    case = CASES["settled"]
+    assert (case.motion, case.duration_s) == (DRAWN, 0.5)
+    pen = case_pen(pen_of(degrees_of_freedom), case)
+    assert pen.process_noise.angle_jerk_density_rad_s3_per_sqrt_hz == ANGLE_JERK == 10.0
+    assert pen.prior.elevation_rad == 0.9
+    model = pen_model(pen, SENSORS)
+    # No writing area beside the camera; six biases.
+    assert tuple(sensor.name for sensor in model.sensors) == SENSORS
+    assert model.n_x == 3 * degrees_of_freedom + 6
+
+
+@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+def test_the_ekf_is_consistent(degrees_of_freedom: int) -> None:
+    runs = runs_of("settled", "ekf", range(RUNS), degrees_of_freedom)
+    assert runs.n_x == 3 * degrees_of_freedom + 6
+    check_many(runs)
+
+
+def test_the_mhe_is_consistent_in_a_few_runs() -> None:
+    runs = runs_of("settled", "mhe", range(12))
+    check_mean(runs, np.sqrt(2 * runs.n_x / 12))
+
+
+@pytest.mark.slow
+def test_the_mhe_is_consistent() -> None:
+    """In two processes: a solver belongs to one."""
+    parts = [("settled", "mhe", range(i, RUNS, PROCESSES)) for i in range(PROCESSES)]
+    with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
+        runs = joined(pool.map(runs_of, *zip(*parts, strict=True)))
+    check_many(runs)
+
+
+def test_a_pen_picked_up_makes_an_ekf_sure_of_its_errors() -> None:
+    """Attitude known to 20°: half of the runs, and their mean, are far out of any region."""
+    runs = runs_of("picked-up", "ekf", range(50))
+    assert runs.nees.mean() > 10 * runs.n_x
+    assert np.median(runs.nees) > 10 * runs.n_x
+
+
+def test_a_pen_picked_up_is_no_problem_for_an_mhe() -> None:
+    """The same recordings as the EKF's, the first eight."""
+    seeds = range(8)
+    runs = runs_of("picked-up", "mhe", seeds)
+    check_mean(runs, np.sqrt(2 * runs.n_x / len(seeds)))
+    assert runs_of("picked-up", "ekf", seeds).nees.mean() > 10 * runs.n_x
+
+
+def test_parts_join_to_the_whole() -> None:
+    """A seed is one run, whatever was run before it in the same process."""
+    parts = joined(runs_of("settled", "ekf", seeds) for seeds in ((0, 1), (2,)))
+    whole = runs_of("settled", "ekf", (0, 1, 2))
+    assert parts.n_x == whole.n_x
+    np.testing.assert_array_equal(parts.nees, whole.nees)
+    np.testing.assert_array_equal(parts.nis_per_row, whole.nis_per_row)
+    assert len(set(whole.nees)) == 3
+
+
+def runs_with(nees: list[float]) -> ConsistencyRuns:
+    return ConsistencyRuns(8, np.array(nees), np.ones(len(nees)))
+
+
+def test_the_deviation_is_in_standard_errors() -> None:
+    """Sample 1, 2, 3 has standard deviation 1: mean 2 is 6 below n_x = 8."""
+    runs = runs_with([1.0, 2.0, 3.0])
+    assert runs.standard_error == pytest.approx(1 / np.sqrt(3), rel=1e-15)
+    assert runs.deviation == pytest.approx(-6 * np.sqrt(3), rel=1e-15)
+
+
+def test_a_heavy_tail_excuses_nothing() -> None:
+    """The error is at most that of χ² with n_x degrees of freedom, √(2 · 8 / 4) = 2."""
+    runs = runs_with([8.0, 8.0, 8.0, 4008.0])
+    assert runs.standard_error == 2.0
+    assert runs.deviation == 500.0
+
+
+def test_a_case_changes_prior_and_process_noise_only() -> None:
+    pen = pen_of()
+    settled, handwriting = (case_pen(pen, CASES[name]) for name in ("settled", "handwriting"))
+    prior = settled.prior
+    degree = np.radians(1.0)
+    angle_stds = (prior.azimuth_std_rad, prior.elevation_std_rad, prior.spin_std_rad)
+    assert angle_stds == pytest.approx((degree,) * 3, rel=1e-15)
+    assert (prior.tip_m, prior.azimuth_rad) == (pen.prior.tip_m, pen.prior.azimuth_rad)
+    noise, own = settled.process_noise, pen.process_noise
+    assert noise.tip_jerk_density_m_s3_per_sqrt_hz == own.tip_jerk_density_m_s3_per_sqrt_hz
+    assert own.angle_jerk_density_rad_s3_per_sqrt_hz != ANGLE_JERK
+    kept = {"prior": pen.prior, "process_noise": pen.process_noise}
+    assert settled.model_copy(update=kept) == pen
+    # Where the truth is not the model's, the pen is as its file has it.
+    assert handwriting == pen
+
+
+def test_cases_have_names() -> None:
+    for name, case in CASES.items():
+        assert case_named(name) is case
+    with pytest.raises(InputError, match="case calm is unknown, expected one of settled, moving"):
+        case_named("calm")
+
+
+def test_the_handwriting_case_has_the_motion_of_the_table() -> None:
+    """Its seeds are motions and their noise; its statistics are finite, and no proof."""
+    case = replace(CASES["handwriting"], duration_s=0.3)
+    runs = run_case(pen_of(), SENSORS, case, "ekf", range(2))
+    assert np.isfinite(runs.nees).all()
+    assert np.isfinite(runs.nis_per_row).all()
+    assert runs.nees[0] != runs.nees[1]

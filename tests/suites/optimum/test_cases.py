@@ -1,0 +1,91 @@
+"""Windows from a seeded table."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from estimation.kalman_stage import rows_present
+from models.errors import InputError
+from models.units import split_unit
+from suites.optimum.cases import (
+    HORIZONS,
+    WindowKey,
+    rolled_out,
+    window_case,
+    window_models,
+    window_table,
+)
+from suites.optimum.kinds import KINDS
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+MODELS = ("turntable accel+gyro", "pen5 two accelerometers", "pen6 accel+gyro+camera")
+
+
+def test_a_table_meets_every_model_kind_and_horizon() -> None:
+    table = window_table(1000)
+    assert len({key.seed for key in table}) == len(table) == 1000
+    pairs = set(product(window_models(), KINDS))
+    assert {(key.model, key.kind) for key in table[: len(pairs)]} == pairs
+    for pair in pairs:
+        met = {key.horizon for key in table if (key.model, key.kind) == pair}
+        assert met == set(HORIZONS)
+    assert window_table(20) == table[:20]
+    assert window_table(20, seed=10)[0].seed == 10
+
+
+@pytest.mark.parametrize(("model", "kind"), list(product(MODELS, KINDS)))
+def test_a_window_is_whole_and_always_the_same(model: str, kind: str) -> None:
+    key = WindowKey(7, model, kind, 6)
+    case, again = window_case(key), window_case(key)
+    assert len(case.measurements) == len(case.guess.states) == key.horizon + 1
+    assert (np.diff([m.time_s for m in case.measurements]) > 0).all()
+    assert np.isfinite(np.linalg.cholesky(case.prior.covariance)).all()
+    guess = rolled_out(case.model, case.guess.states[0], case.measurements)
+    np.testing.assert_array_equal(guess.states, case.guess.states)
+    assert not case.guess.noises.any()
+    np.testing.assert_array_equal(case.prior.mean, again.prior.mean)
+    np.testing.assert_array_equal(case.guess.states, again.guess.states)
+    for one, other in zip(case.measurements, again.measurements, strict=True):
+        np.testing.assert_array_equal(one.y, other.y)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_kinds_are_what_they_say(model: str) -> None:
+    seeds = range(6)
+    cases = {
+        kind: [window_case(WindowKey(seed, model, kind, 6)) for seed in seeds] for kind in KINDS
+    }
+
+    def rows(kind: str) -> int:
+        return sum(
+            int(rows_present(case.model, m.y).sum())
+            for case in cases[kind]
+            for m in case.measurements
+        )
+
+    assert rows("missing") < 0.9 * rows("plain")
+    for case in cases["bad start"]:
+        units = [split_unit(name)[1] for name in case.model.state_names]
+        away = case.model.difference(case.prior.mean, case.model.prior.mean).full().ravel()
+        angles = np.array([unit == "rad" for unit in units])
+        assert 0.5 <= np.linalg.norm(away[angles]) <= 1.0 + 1e-12
+        assert not away[~angles].any()
+        np.testing.assert_array_equal(case.prior.covariance, case.model.prior.covariance)
+    starts = [
+        case.model.difference(case.guess.states[0], case.prior.mean).full().ravel().any()
+        for case in cases["bad start"]
+    ]
+    assert 0 < sum(starts) < len(starts)
+
+
+def test_what_is_no_window() -> None:
+    with pytest.raises(InputError, match="windows is 0, expected at least 1"):
+        window_table(0)
+    with pytest.raises(InputError, match="model pen7 is unknown, expected one of pen5 accel"):
+        window_case(WindowKey(0, "pen7", "plain", 5))
+    with pytest.raises(InputError, match="window kind calm is unknown, expected one of plain"):
+        window_case(WindowKey(0, "pen5 accel", "calm", 5))

@@ -1,0 +1,134 @@
+"""The judge of the comparison with IPOPT, and the step that it judges by."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmark.configurations import contract_models
+from mhe.config import MheConfig
+from mhe.reference.ipopt import MheIpopt
+from models.errors import InputError
+from suites.optimum.cases import WindowCase, WindowKey, rolled_out, window_case
+from suites.optimum.newton_step import NewtonCheck
+from suites.optimum.reference import LONGEST_LEFT, IpoptReference
+from suites.optimum.run import (
+    ABOVE,
+    BELOW,
+    IPOPT_FAILED,
+    NEWEST_LIMIT,
+    SAME,
+    compared,
+    judged,
+    summary,
+)
+from tests.mhe import pendulum
+from tests.references.gauss_newton import DenseWindow, gauss_newton_step, line_search
+
+HORIZON = 5
+MODELS = ("turntable accel+gyro", "pen6 accel+gyro+camera")
+
+
+def case_of(model: str) -> WindowCase:
+    key = WindowKey(3, model, "bad start", HORIZON)
+    return window_case(key) if model in MODELS else pendulum_case(key)
+
+
+def pendulum_case(key: WindowKey) -> WindowCase:
+    """A window whose transition is nonlinear too."""
+    model, measurements = pendulum.model(), tuple(pendulum.simulate(HORIZON + 1, key.seed))
+    guess = rolled_out(model, model.prior.mean, measurements)
+    return WindowCase(key, model, model.prior, measurements, guess)
+
+
+@pytest.mark.parametrize("model", [*MODELS, "pendulum"])
+def test_a_newton_step_leads_back_to_the_optimum(model: str) -> None:
+    """A little way off, it is as long as the way, and the newest state moves as it must."""
+    case, way = case_of(model), 1e-4
+    window = DenseWindow(case.model, case.prior, case.measurements)
+    optimum = line_search(window, window.start(case.guess))
+    assert optimum.converged
+    off = np.random.default_rng(1).standard_normal(window.n_z)
+    _, J, X = window.linearised(optimum.z)
+    off *= way / np.linalg.norm(J @ off)
+    std = np.linalg.norm(np.linalg.solve(np.linalg.cholesky(J.T @ J), X.T), axis=0)
+    check = NewtonCheck(case.model, MheConfig(horizon=HORIZON))
+    here = window.trajectory(optimum.z + off)
+    step = check.step(case.prior, case.measurements, here, std)
+    assert step.length == pytest.approx(way, rel=1e-2)
+    np.testing.assert_allclose(step.newest / std, -X @ off / std, rtol=1e-2, atol=1e-2 * way)
+    r, J, _ = window.linearised(optimum.z + off)
+    expected = float(np.linalg.norm(J @ gauss_newton_step(r, J)))
+    assert step.gauss_newton_length == pytest.approx(expected, rel=1e-6)
+
+
+def test_bounds_are_refused() -> None:
+    model = contract_models()[MODELS[0]]
+    bounded = model.bounded(**{model.state_names[0]: (-1.0, 1.0)})
+    with pytest.raises(InputError, match="has bounds or inequalities, expected one without"):
+        NewtonCheck(bounded, MheConfig(horizon=HORIZON))
+
+
+@pytest.mark.parametrize(
+    ("relative", "ipopt_newton_length", "verdict"),
+    [
+        (0.0, 1e-8, SAME),
+        (9e-7, 1e-8, SAME),
+        (-9e-7, 1e-8, SAME),
+        (1.1e-6, 1e-8, ABOVE),
+        (-1.1e-6, 1e-8, BELOW),
+        (np.nan, 1e-8, ABOVE),
+        (np.inf, 1e-8, ABOVE),
+        (0.0, 1.1e-7, IPOPT_FAILED),
+        (0.0, np.inf, IPOPT_FAILED),
+        (0.0, np.nan, IPOPT_FAILED),
+    ],
+)
+def test_verdicts(relative: float, ipopt_newton_length: float, verdict: str) -> None:
+    assert judged(relative, ipopt_newton_length) == verdict
+
+
+def test_an_unfinished_solution_is_found_out() -> None:
+    """IPOPT against itself, stopped early on one side and on the other."""
+    case = case_of(MODELS[0])
+    settings = MheConfig(horizon=HORIZON, tolerance=1e-12)
+    early_settings = replace(settings, max_iterations=1)
+    whole, early = (MheIpopt(case.model, s) for s in (settings, early_settings))
+    later = MheIpopt(case.model, replace(settings, tolerance=1e-2))
+    reference = IpoptReference(case.model, settings)
+    no_reference = IpoptReference(case.model, early_settings)
+    itself = compared(case, whole, reference)
+    assert (itself.verdict, itself.relative, itself.newest_distance) == (SAME, 0.0, 0.0)
+    assert itself.holds
+    assert itself.ipopt_runs == 1
+    stopped = compared(case, early, reference)
+    assert stopped.verdict == ABOVE
+    assert not stopped.holds
+    nearly = compared(case, later, reference)
+    assert NEWEST_LIMIT < nearly.newest_distance < 1.1 * nearly.newton_length
+    assert not nearly.holds
+    reference_stopped = compared(case, whole, no_reference)
+    assert reference_stopped.verdict == IPOPT_FAILED
+    assert reference_stopped.ipopt_runs == 2
+    found = summary([itself, stopped, reference_stopped])
+    assert found.verdicts == {SAME: 1, ABOVE: 1, BELOW: 0, IPOPT_FAILED: 1}
+    assert (found.newest_distance, found.relative, found.missed) == (0.0, 0.0, ())
+    assert found.above == (stopped,)
+    assert found.ipopt_failed == (reference_stopped,)
+    assert found.near_anyway == 1
+
+
+def test_a_reference_that_stalls_is_carried_on() -> None:
+    """Full Gauss-Newton steps are too long at this minimum, and its cost is flat."""
+    case = window_case(WindowKey(576, "pen5 two accelerometers", "plain", HORIZON))
+    settings = MheConfig(horizon=HORIZON, tolerance=1e-12)
+    first = MheIpopt(case.model, settings).solve(case.prior, case.measurements, case.guess)
+    reference = IpoptReference(case.model, settings)
+    found = reference.solve(case)
+    before = reference.newton_length(case, first.trajectory, first.newest.std)
+    assert found.runs == 2
+    assert found.newton_length < LONGEST_LEFT < before
+    assert found.solution.iterations > first.iterations
+    assert found.solution.cost == pytest.approx(first.cost, rel=1e-6)

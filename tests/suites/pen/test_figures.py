@@ -1,0 +1,168 @@
+"""Figures from a small table, and from what is left of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmark.figures.figure import TRUTH, Figure
+from benchmark.runner.tables import result_rows
+from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, Results
+from benchmark.tasks.task import Outcome, Quantity, Task, failed
+from suites.pen.figures import figures
+from suites.pen.pen_cases import REFERENCE
+from suites.pen.table_run import SHOWN
+
+ESTIMATORS = ("ekf", "mhe")
+TIME_S = np.arange(0, 2, 0.5)
+NEGLECTED = "accelerations neglected, speed 3"
+KEYS = [
+    *("pen-figure-3", "pen-figure-4", "pen-starts", "pen-by-stroke"),
+    *("pen-elevation", "pen-paths", "pen-speeds"),
+]
+
+
+def outcome(rmse: float, *names: str, status: str = "ok") -> Outcome:
+    quantities = tuple(Quantity(name, "deg", rmse, 0.0, rmse) for name in names)
+    return Outcome("m", quantities, 9, 1.0, 0.0, 0.0, status)
+
+
+def series(task: Task, quantity: str, level: float) -> pd.DataFrame:
+    task_columns = {**vars(task), "quantity": quantity, "unit": "deg"}
+    columns = {"time_s": TIME_S, "estimate": level + TIME_S, "std": 0.5, "truth": TIME_S}
+    return pd.DataFrame({**task_columns, **columns})[list(SERIES_COLUMNS)]
+
+
+@pytest.fixture(scope="module")
+def results() -> Results:
+    found: dict[Task, Outcome] = {}
+    lines = []
+    for level, estimator in enumerate(ESTIMATORS, start=1):
+        for seed in range(3):
+            for case, names in (
+                (SHOWN[0], ("tilts", "tilt_rates")),
+                (REFERENCE, ("elevation", "rates")),
+                (NEGLECTED, ("elevation", "rates")),
+                ("start 0 deg", ("tilts_last",)),
+            ):
+                task = Task("pen", case, "accel+gyro", estimator, seed)
+                found[task] = outcome(level * (seed + 1.0), *names)
+        for seed, (rmse, status) in enumerate([(1.0, "ok"), (90.0, "mirror"), (5.0, "ok")]):
+            task = Task("pen", "start 60 deg", "accel", estimator, seed)
+            found[task] = outcome(level * rmse, "tilts_last", status=status)
+        for quantity in ("tilt_phi", "tilt_theta", "tilt_phi_rate", "tilt_theta_rate"):
+            lines += [
+                series(Task("pen", case, "gyro", estimator, 0), quantity, level) for case in SHOWN
+            ]
+        for quantity in ("tip_x", "tip_y", "elevation"):
+            task = Task("pen", REFERENCE, "camera", estimator, 0)
+            lines.append(series(task, quantity, level))
+    found[Task("pen", SHOWN[1], "accel", "ekf", 0)] = failed("it broke")
+    rows = pd.DataFrame(
+        [row for pair in found.items() for row in result_rows(*pair)], columns=list(RESULT_COLUMNS)
+    )
+    return Results(rows, pd.concat(lines, ignore_index=True))
+
+
+def drawn(results: Results) -> dict[str, Figure]:
+    return {figure.key: figure for figure in figures(results)}
+
+
+def test_all_are_drawn_with_units_in_their_labels(results: Results) -> None:
+    found = drawn(results)
+    assert list(found) == KEYS
+    for figure in found.values():
+        for panel in figure.panels:
+            assert " / " in panel.y_label
+            assert len({line.name for line in panel.lines}) == len(panel.lines)
+            for line in panel.lines:
+                assert len(line.x) == len(line.y) > 0
+
+
+def test_a_stroke_over_time_has_truth_and_bands(results: Results) -> None:
+    (panel,) = [
+        panel for panel in drawn(results)["pen-figure-3"].panels
+        if panel.title == "gyroscope: rate of θ"
+    ]  # fmt: skip
+    assert [line.name for line in panel.lines] == [TRUTH, *ESTIMATORS]
+    truth, ekf, mhe = panel.lines
+    assert (list(truth.y), truth.std) == (list(TIME_S), None)
+    assert list(ekf.y) == list(1 + TIME_S)
+    assert list(mhe.y) == list(2 + TIME_S)
+    assert ekf.std is not None
+    assert list(ekf.std) == [0.5] * len(TIME_S)
+
+
+def test_mirror_solutions_are_counted_and_not_averaged(results: Results) -> None:
+    panels = drawn(results)["pen-starts"].panels
+    by_title = {panel.title: panel for panel in panels}
+    errors, mirrors = (
+        by_title[f"accelerometer: {what}"] for what in ("runs at the truth", "mirror solutions")
+    )
+    ekf, mhe = errors.lines
+    assert (list(ekf.x), list(ekf.y)) == ([60.0], [3.0])
+    assert (ekf.low, ekf.high) == (np.array([1.0]), np.array([5.0]))
+    assert list(mhe.y) == [6.0]
+    assert [list(line.y) for line in mirrors.lines] == [[pytest.approx(100 / 3)]] * 2
+
+
+def test_speeds_are_sorted_and_have_their_spread(results: Results) -> None:
+    elevation, _ = drawn(results)["pen-speeds"].panels
+    lines = {line.name: line for line in elevation.lines}
+    assert set(lines) == {
+        f"{name}, {estimator}"
+        for name in ("rigid body", "accelerations neglected")
+        for estimator in ESTIMATORS
+    }
+    neglected = lines["accelerations neglected, mhe"]
+    assert (list(neglected.x), list(neglected.y)) == ([3.0], [4.0])
+    assert (neglected.low, neglected.high) == (np.array([2.0]), np.array([6.0]))
+    assert list(lines["rigid body, ekf"].x) == [1.0]
+
+
+def test_strokes_are_numbered_as_the_caption_says(results: Results) -> None:
+    figure = drawn(results)["pen-by-stroke"]
+    number = int(figure.panels[2].lines[0].x[0])
+    assert f"{number} {SHOWN[0].partition(': ')[2]}" in figure.caption
+    assert list(figure.panels[2].lines[0].y) == [2.0]
+
+
+def test_the_path_begins_where_errors_are_judged(results: Results) -> None:
+    (panel,) = drawn(results)["pen-paths"].panels
+    assert panel.equal
+    assert [line.name for line in panel.lines] == [TRUTH, *ESTIMATORS]
+    assert list(panel.lines[1].x) == [2.0, 2.5]  # from 1 s on, at level 1
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [("quantity", "tilts"), ("quantity", "tip_y"), ("case", REFERENCE), ("sensors", "accel+gyro")],
+)
+def test_what_is_left_is_drawn(results: Results, column: str, value: str) -> None:
+    left = Results(
+        results.rows[results.rows[column] != value],
+        results.series[results.series[column] != value],
+    )
+    found = drawn(left)
+    assert list(found) == [key for key in KEYS if key in found]
+    assert {"pen-figure-3", "pen-figure-4", "pen-starts"} <= set(found)
+    assert all(any(panel.lines for panel in figure.panels) for figure in found.values())
+
+
+def test_without_the_ekf_the_truth_is_the_others(results: Results) -> None:
+    without_ekf = Results(
+        results.rows[results.rows["estimator"] != "ekf"],
+        results.series[results.series["estimator"] != "ekf"],
+    )
+    lines = drawn(without_ekf)["pen-figure-3"].panels[1].lines
+    assert [line.name for line in lines] == [TRUTH, "mhe"]
+
+
+def test_nothing_is_drawn_of_nothing(results: Results) -> None:
+    nothing = Results(results.rows[:0], results.series[:0])
+    assert figures(nothing) == []
+    only_series = Results(results.rows[:0], results.series)
+    assert [figure.key for figure in figures(only_series)] == [
+        *("pen-figure-3", "pen-figure-4", "pen-elevation", "pen-paths")
+    ]

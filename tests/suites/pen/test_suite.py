@@ -1,0 +1,169 @@
+"""The suite as the runner, the judge and the report see it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmark.configurations import CONFIGURATIONS, TURNTABLE_CONFIGURATIONS
+from benchmark.runner.tables import result_rows
+from benchmark.tasks.suite import Scope
+from benchmark.tasks.task import OK, Outcome, Task
+from benchmark.verdicts.claims import STATUS_IS, load_claims
+from benchmark.verdicts.judge import paired_values
+from estimation.estimator import run
+from pen_mhe.estimators import ESTIMATORS
+from suites.pen import pen_run, table_run
+from suites.pen.pen_cases import PEN_CASES, REFERENCE
+from suites.pen.suite import NAME, SUITE
+from suites.pen.table_run import SHOWN, STARTS, STROKES
+
+ONE = Scope(seeds=1)
+EXAMPLES = {
+    "stroke": "compound: horizontal-turn-vertical",
+    "rest": "rest",
+    "start": "start 0 deg",
+    "pen": REFERENCE,
+}
+
+
+def kind(case: str) -> str:
+    """Cases of a kind have the same quantities."""
+    if case in PEN_CASES:
+        return "pen"
+    return "start" if case in STARTS else "rest" if case == "rest" else "stroke"
+
+
+@cache
+def example(case: str) -> Outcome:
+    return SUITE.run(Task(NAME, case, "accel+gyro", "ekf", 0), ONE)
+
+
+def test_tasks_are_all_cases_sensors_and_estimators_once() -> None:
+    tasks = SUITE.tasks(Scope(seeds=3))
+    assert len(set(tasks)) == len(tasks) == len({task.key for task in tasks})
+    assert {task.suite for task in tasks} == {NAME}
+    assert {task.seed for task in tasks} == {0, 1, 2}
+    table = {(t.case, t.sensors, t.estimator) for t in tasks if t.case not in PEN_CASES}
+    assert table == {
+        (case, sensors, estimator)
+        for case in (*STROKES, *STARTS)
+        for sensors in TURNTABLE_CONFIGURATIONS
+        for estimator in ("ekf", "mhe-rti", "mhe", "mhe-sparse")
+    }
+    pens = {(t.case, t.sensors) for t in tasks if t.case in PEN_CASES}
+    assert pens == {(case, sensors) for case, row in PEN_CASES.items() for sensors in row.sensors}
+    assert {t.estimator for t in tasks} <= set(ESTIMATORS)
+    assert {t.sensors for t in tasks if t.case == REFERENCE} == set(CONFIGURATIONS)
+    assert not SUITE.missing(ONE)
+
+
+def test_a_row_of_seeds_stands_together() -> None:
+    """So that its estimator is built once."""
+    rows = [(t.case, t.sensors, t.estimator) for t in SUITE.tasks(Scope(seeds=3))]
+    assert sum(a != b for a, b in pairwise(rows)) + 1 == len(set(rows))
+
+
+def test_every_claim_judges_something() -> None:
+    """With the quantities of an example of their kind given to all cases."""
+    tasks = SUITE.tasks(ONE)
+    rows = pd.DataFrame(
+        [row for task in tasks for row in result_rows(task, example(EXAMPLES[kind(task.case)]))]
+    )
+    claims = load_claims(SUITE.claims)
+    assert len(claims) >= 20
+    for claim in claims:
+        found = paired_values(claim, rows)
+        assert len(found), claim.id
+        for chosen in (claim.of, {**claim.of, **(claim.against or {})}):
+            for column, values in chosen.items():
+                for value in values if isinstance(values, tuple) else (values,):
+                    alone = {"of": {**chosen, column: value}, "against": None}
+                    assert len(paired_values(claim.model_copy(update=alone), rows)), claim.id
+        if not claim.value.startswith(STATUS_IS):
+            assert "quantity" in claim.of, claim.id
+        if "case" in claim.every:
+            begin = str(claim.of["case"]).removesuffix("*")
+            assert set(found["case"]) == {case for case in STROKES if case.startswith(begin)}
+
+
+def test_the_claims_of_the_paper_are_there() -> None:
+    sources = [claim.source for claim in load_claims(SUITE.claims)]
+    assert {f"[Pen] {number}" for number in (1, 2, 3, 4)} <= set(sources)
+
+
+@pytest.mark.parametrize(
+    ("case", "sensors", "estimator"),
+    [
+        ("principle: hook", "accel", "mhe-rti"),
+        ("start 45 deg", "accel+gyro", "ekf"),
+        (REFERENCE, "accel+gyro", "ekf"),
+    ],
+)
+def test_a_task_finds_the_same_again(case: str, sensors: str, estimator: str) -> None:
+    """Whatever ran before it, and with an estimator that was just built."""
+    task, scope = Task(NAME, case, sensors, estimator, 1), Scope(seeds=2)
+    first = SUITE.run(task, scope)
+    for cached in (table_run._estimator, table_run._verdict, pen_run._estimator, pen_run._seen):
+        cached.cache_clear()
+    again = SUITE.run(task, scope)
+    other = SUITE.run(Task(NAME, case, sensors, estimator, 2), scope)
+    assert again.quantities == first.quantities
+    assert (again.samples, again.solved_fraction) == (first.samples, first.solved_fraction)
+    assert other.quantities != first.quantities
+    for outcome in (first, again):
+        assert 0 < outcome.step_time_median_s <= outcome.step_time_p99_s
+
+
+def test_the_pens_estimator_gets_no_truth(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[Any] = []
+
+    def spied(estimator: Any, recording: Any) -> Any:
+        given.append((recording.truth, set(recording.readings)))
+        return run(estimator, recording)
+
+    monkeypatch.setattr(pen_run, "run", spied)
+    SUITE.run(Task(NAME, "accelerations neglected, speed 1", "accel+gyro", "ekf", 0), ONE)
+    assert given == [(None, {"accel", "gyro"})]
+
+
+def test_what_is_observable_of_a_pen() -> None:
+    def seen(sensors: str) -> Mapping[str, bool]:
+        outcome = SUITE.run(Task(NAME, REFERENCE, sensors, "ekf", 0), ONE)
+        assert outcome.status == OK
+        return {quantity.name: quantity.observable for quantity in outcome.quantities}
+
+    inertial = seen("accel+gyro")
+    assert inertial == {"tip": False, "azimuth": False, "elevation": True, "rates": True}
+    # Frames 33 ms apart say no more of a rate than was known of the hand before.
+    assert seen("camera") == {"tip": True, "azimuth": True, "elevation": True, "rates": False}
+    assert seen("accel+gyro+camera") == dict.fromkeys(inertial, True)
+
+
+def test_series_are_of_seed_0_and_of_what_figures_show() -> None:
+    shown = [
+        task
+        for task in SUITE.tasks(ONE)
+        if task.case in SHOWN or (task.case == REFERENCE and task.sensors in pen_run.SHOWN_SENSORS)
+    ]
+    assert len(shown) == 2 * 3 * 4 + 4 * 3
+    stroke = example(EXAMPLES["stroke"])
+    assert [series.quantity for series in stroke.series] == [
+        *("tilt_phi", "tilt_phi_rate", "tilt_theta", "tilt_theta_rate")
+    ]
+    assert example("rest").series == example("start 0 deg").series == ()
+    assert SUITE.run(Task(NAME, SHOWN[0], "accel+gyro", "ekf", 1), ONE).series == ()
+    phi = stroke.series[0]
+    assert phi.truth is not None
+    assert phi.std is not None
+    later = phi.time_s >= 1.0
+    quantity = next(q for q in stroke.quantities if q.name == "tilt_phi")
+    error = (phi.estimate - phi.truth)[later]
+    assert np.sqrt(np.mean(error**2)) == pytest.approx(quantity.rmse)
+    assert (np.abs(error) <= 3 * phi.std[later]).mean() > 0.9

@@ -1,0 +1,212 @@
+"""Wrong starts on the turntable: every end recognised, none averaged into another."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmark.configurations import TURNTABLE_CONFIGURATIONS
+from mhe.config import MheConfig
+from models.arrays import Array
+from models.errors import InputError
+from models.turntable import mirror, paper_turntable, turntable_model
+from pen_mhe.estimators import EstimatorSettings
+from recordings.simulate_turntable import simulate_table
+from suites.pen.turntable_starts import (
+    OUTCOMES,
+    StartResult,
+    StartRun,
+    StartTrial,
+    as_table,
+    run_start,
+    turntable_starts,
+)
+from tests.models.test_turntable import equation_10
+
+DEG = math.pi / 180
+SIXTY = 60 * DEG
+QUICK = EstimatorSettings(mhe=MheConfig(horizon=5))
+DURATION_S = {"ekf": 2.0, "mhe": 0.4}
+SIXTY_SEEDS = {"ekf": range(6), "mhe": (0, 5, 19)}
+"""Seeds among which a start from 60° ends at the truth, and one in the mirror."""
+
+
+def trial(configuration: str, estimator: str, start_error_rad: float) -> StartTrial:
+    duration_s = DURATION_S[estimator]
+    return StartTrial(
+        configuration, estimator, start_error_rad, duration_s, duration_s / 4, settings=QUICK
+    )
+
+
+def true_start(duration_s: float, seed: int) -> Array:
+    truth = simulate_table(paper_turntable(), duration_s, seed).truth
+    assert truth is not None
+    return truth.values[0]
+
+
+@pytest.mark.parametrize("estimator", DURATION_S)
+@pytest.mark.parametrize("configuration", TURNTABLE_CONFIGURATIONS)
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_run_started_at_the_mirror_is_a_mirror_run(
+    estimator: str, configuration: str, seed: int
+) -> None:
+    """It cannot leave: nothing that it is told speaks against the mirror."""
+    small = trial(configuration, estimator, 2 * DEG)
+    truth = true_start(small.duration_s, seed)
+    run = run_start(small, seed, start_error_rad=mirror(truth)[:2] - truth[:2])
+    assert run.outcome == "mirror"
+    assert np.abs(run.error[:, 1]).min() > 170 * DEG
+    assert np.abs(run.mirror_error[run.judged][:, :2]).max() < 3 * DEG
+
+
+@pytest.mark.parametrize("estimator", DURATION_S)
+@pytest.mark.parametrize("configuration", TURNTABLE_CONFIGURATIONS)
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_run_started_at_the_truth_converges(
+    estimator: str, configuration: str, seed: int
+) -> None:
+    run = run_start(trial(configuration, estimator, 0.0), seed)
+    assert np.array_equal(run.start_error_rad, [0.0, 0.0])
+    assert run.outcome == "converged"
+    assert np.abs(run.error[run.judged][:, :2]).max() < 3 * DEG
+
+
+@pytest.mark.parametrize("estimator", DURATION_S)
+def test_a_gyroscope_alone_does_not_find_the_truth(estimator: str) -> None:
+    """It is sensitive to the start: φ stays as wrong as it was, whatever the readings."""
+    result = turntable_starts(trial("gyro", estimator, SIXTY), range(2))
+    assert result.counts == {"converged": 0, "mirror": 0, "lost": 2}
+    for run in result.runs:
+        assert run.error[0, 0] == pytest.approx(run.start_error_rad[0], abs=1e-9)
+        assert np.abs(run.error[:, 0]).min() > 30 * DEG
+
+
+@pytest.mark.parametrize("estimator", DURATION_S)
+@pytest.mark.parametrize("configuration", ["accel", "accel+gyro"])
+def test_from_sixty_degrees_mirror_runs_are_recognised(estimator: str, configuration: str) -> None:
+    """Runs settle where gravity is as measured; with cosφ of the wrong sign, in the mirror."""
+    sixty = trial(configuration, estimator, SIXTY)
+    result = turntable_starts(sixty, SIXTY_SEEDS[estimator])
+    assert sum(result.counts.values()) == len(SIXTY_SEEDS[estimator])
+    assert result.counts["mirror"] > 0
+    assert result.counts["converged"] > 0
+    for run in result.runs:
+        assert run.solved_fraction == 1.0
+        assert np.abs(run.start_error_rad) == pytest.approx([SIXTY] * 2, rel=1e-12)
+        truth = simulate_table(sixty.table, sixty.duration_s, run.seed).truth
+        assert truth is not None
+        true, estimated = truth.values[-1], truth.values[-1] + run.error[-1]
+        sees_gravity = np.abs(equation_10(estimated) - equation_10(true)).max() < 0.3
+        same_side = np.cos(true[0]) * np.cos(estimated[0]) > 0
+        if run.outcome == "lost":
+            # Only close to cosφ = 0, where a first step that was too long is forgotten slowly.
+            assert np.abs(np.cos(truth.values[:, 0])).min() < np.sin(20 * DEG)
+        else:
+            assert sees_gravity
+            assert run.outcome == ("converged" if same_side else "mirror")
+
+
+@pytest.mark.parametrize("degrees_beyond", [32.0, 36.0, 40.0])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_start_beyond_the_pole_ends_in_the_mirror(degrees_beyond: float, sign: float) -> None:
+    """The explanation in the module: φ̂ beyond cosφ = 0 turns θ away from the truth.
+
+    The truth starts that far before φ = 90°, the estimate as much beyond as makes 60°.
+    """
+    phi = (90 - degrees_beyond, 90 - degrees_beyond + 0.1)
+    table = paper_turntable()
+    axis = table.tilt_phi.model_copy(
+        update={"range_rad": (phi[0] * DEG, phi[1] * DEG), "rate_rad_s": 0.05 * DEG}
+    )
+    slow = replace(trial("accel", "ekf", SIXTY), table=table.model_copy(update={"tilt_phi": axis}))
+    assert run_start(slow, 0, SIXTY * np.array([1.0, sign])).outcome == "mirror"
+    assert run_start(slow, 0, SIXTY * np.array([-1.0, sign])).outcome == "converged"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_first_step_of_a_linearised_update(seed: int) -> None:
+    """θ turns by sin(θ - θ̂) cosφ / cosφ̂, but for the noise of one reading (5 σ)."""
+    sixty = trial("accel", "ekf", SIXTY)
+    phi = true_start(sixty.duration_s, seed)[0]
+    run = run_start(sixty, seed)
+    phi_start = phi + run.start_error_rad[0]
+    step = run.error[0, 1] - run.start_error_rad[1]
+    expected = np.sin(-run.start_error_rad[1]) * np.cos(phi) / np.cos(phi_start)
+    noise = turntable_model(paper_turntable(), ["accel"]).noise_std[0] / 9.81
+    off = math.remainder(step - expected, 2 * math.pi)
+    assert abs(off) < 5 * noise / abs(np.cos(phi_start))
+
+
+def made_up_run(outcome: str, error: float, mirror_error: float) -> StartRun:
+    """Return a run of three instants whose last two are judged."""
+    size = np.array([[100.0], [1.0], [1.0]]) * np.ones(4)
+    judged = np.array([False, True, True])
+    times = np.arange(3.0)
+    return StartRun(
+        0,
+        np.zeros(2),
+        outcome,
+        times,
+        error * size,
+        mirror_error * size,
+        judged,
+        1.0,
+        np.ones(len(times)),
+    )
+
+
+def test_every_outcome_has_its_own_average() -> None:
+    runs = (
+        made_up_run("converged", 1.0, 9.0),
+        made_up_run("converged", 7.0, 9.0),
+        made_up_run("mirror", 9.0, 3.0),
+        made_up_run("lost", 50.0, 60.0),
+    )
+    result = StartResult(StartTrial("accel", "ekf", SIXTY), ("a", "b", "c", "d"), runs)
+    assert result.counts == {"converged": 2, "mirror": 1, "lost": 1}
+    assert result.converged_rms == pytest.approx([5.0] * 4)  # √((1 + 49) / 2)
+    assert result.mirror_rms == pytest.approx([3.0] * 4)
+    none = StartResult(result.trial, result.state_names, runs[-1:])
+    assert none.converged_rms is None
+    assert none.mirror_rms is None
+
+
+def test_table_of_results() -> None:
+    names = turntable_model(paper_turntable()).state_names
+    runs = (made_up_run("converged", DEG, 9.0), made_up_run("lost", 9.0, 9.0))
+    (row,) = as_table([StartResult(StartTrial("accel+gyro", "ekf", SIXTY), names, runs)]).to_dict(
+        "records"
+    )
+    assert (row["sensors"], row["estimator"]) == ("both", "ekf")
+    assert row["start_error_deg"] == pytest.approx(60)
+    assert [row[outcome] for outcome in OUTCOMES] == [1, 0, 1]
+    assert row["converged_tilt_theta_rate_deg_s"] == pytest.approx(1.0)
+    assert row["mirror_tilt_phi_deg"] is None
+
+
+def test_the_signs_of_a_seed_are_the_same_for_every_size() -> None:
+    sizes = [run_start(trial("gyro", "ekf", size), 5) for size in (20 * DEG, SIXTY)]
+    assert sizes[1].start_error_rad == pytest.approx(3 * sizes[0].start_error_rad)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"configuration": "camera"}, "configuration camera is unknown, expected one of accel"),
+        ({"start_error_rad": -0.1}, "start_error_rad is -0.1, expected 0 or more"),
+        ({"start_error_rad": math.nan}, "start_error_rad is nan, expected 0 or more"),
+        ({"judged_s": 6.0}, "judged_s is 6.0, expected between 0 and duration_s 5.0"),
+        ({"limit_rad": 2.0}, "limit_rad is 2.0, expected between 0 and a quarter turn"),
+    ],
+)
+def test_wrong_trials(change: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        replace(StartTrial("accel", "ekf", SIXTY), **change)  # type: ignore[arg-type]
+
+
+def test_unknown_estimator() -> None:
+    with pytest.raises(InputError, match="estimator guess is unknown"):
+        run_start(replace(trial("accel", "ekf", 0.0), estimator="guess"), 0)

@@ -1,0 +1,165 @@
+"""All contenders are given the same windows and end where they should.
+
+In standard deviations of the newest state: what iterates ends in the reference's optimum,
+what makes one Gauss-Newton pass ends where every other such pass does. With bounds as without.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from suites.speed.contender import CONVERGED, ONE_PASS, Entry, Outcome
+from suites.speed.contenders import WINDOW_CONTENDERS
+from suites.speed.osqp_contender import TUNED_BOUNDED, Osqp
+from suites.speed.problems import Problem
+from suites.speed.runner import Racer, built, race
+from suites.speed.suite import RacedProblem, race_windows
+from suites.speed.windows import SpeedWindow, solved_windows
+
+OPTIMUM_STD = 1e-5
+"""Default tolerances of IPOPT and fatrop, 1e-8 scaled, leave some 1e-8 to 1e-7."""
+PASS_STD = 1e-6
+DEFAULT_OSQP_STD = 1e-2
+"""OSQP's default tolerance is 1e-3."""
+
+RELAXED_STD = 1e-4
+"""IPOPT relaxes a bound by 1e-8 of its unit, which is 4e-5 standard deviations of a tip that a
+camera sees; and a barrier of 1e-9 keeps what hardly touches a bound off it by its root."""
+BARRIER_COST = 1e-7
+"""What the barrier of an interior point is worth, relative: 1e-8 per bound and stage."""
+PULL_STD = 10.0
+"""Multiplier of a bound, at most: what a standard deviation more room for it is worth."""
+
+FREE = (Problem("turntable", 20, 3), Problem("pen15", 10, 2), Problem("pen24", 6, 2))
+BOUNDED = (
+    Problem("turntable", 20, 3, bounded=True),
+    Problem("pen15", 10, 2, bounded=True),
+    Problem("pen24", 6, 2, seed=2, bounded=True),
+)
+CASES = (*FREE, *BOUNDED)
+
+
+@pytest.fixture(scope="module", params=CASES, ids=lambda problem: problem.key)
+def raced(request: pytest.FixtureRequest) -> tuple[RacedProblem, dict[str, str]]:
+    absent: dict[str, str] = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("estimation.native.compiler", lambda: None)
+        return race_windows(request.param, absent.setdefault), absent
+
+
+Raced = tuple[RacedProblem, dict[str, str]]
+
+
+def test_every_contender_runs_or_is_left_out_by_name(raced: Raced) -> None:
+    result, absent = raced
+    ran = {f"{row.contender} ({row.mode})" for row in result.rows}
+    assert ran | set(absent) == {entry.label for entry in WINDOW_CONTENDERS}
+    assert not ran & set(absent)
+    # These come with the package.
+    assert {"mhe-rti (one pass)", "mhe (converged)", "ipopt (converged)"} <= ran
+    assert {"osqp (one pass)", "osqp-tuned (one pass)"} <= ran
+
+
+def test_what_converges_ends_in_one_optimum(raced: Raced) -> None:
+    result, _ = raced
+    optimum = np.mean([each.optimum.cost for each in result.windows])
+    rows = [row for row in result.rows if row.mode == CONVERGED]
+    assert len(rows) >= 3
+    for row in rows:
+        assert row.solved == 1
+        assert row.newest_error_max_std is not None
+        own = row.contender == "mhe"  # meets bounds exactly
+        relaxed = row.bounds and not own
+        assert row.newest_error_max_std < (RELAXED_STD if relaxed else OPTIMUM_STD), row.contender
+        allowed = (BARRIER_COST if relaxed else 1e-9) * max(1.0, optimum)
+        if relaxed:
+            assert row.active_rows is not None
+            assert row.violation_std is not None
+            allowed += PULL_STD * row.active_rows * row.violation_std
+        assert row.cost is not None
+        assert abs(row.cost - optimum) < allowed, row.contender
+
+
+def test_bounds_hold_and_are_active(raced: Raced) -> None:
+    result, _ = raced
+    for row in result.rows:
+        assert row.bounds == result.problem.bounded
+        if not row.bounds:
+            assert (row.active_rows, row.violation_std) == (None, None)
+            continue
+        assert row.active_rows is not None
+        assert row.active_rows >= 1
+        assert row.violation_std is not None
+        assert row.violation_std < (RELAXED_STD if row.mode == CONVERGED else DEFAULT_OSQP_STD)
+        if row.contender.startswith("mhe"):
+            assert row.violation_std < 1e-8
+
+
+def test_rows_say_what_was_timed(raced: Raced) -> None:
+    result, _ = raced
+    for row in result.rows:
+        assert (row.problem, row.horizon) == (result.problem.name, result.problem.horizon)
+        assert row.windows == len(result.windows) == result.problem.windows
+        assert 0 < row.median_s <= row.p99_s <= row.max_s
+        assert row.build_s > 0
+
+
+@pytest.mark.parametrize("problem", FREE, ids=lambda problem: problem.key)
+def test_one_pass_is_one_gauss_newton_step(problem: Problem, interpreted: None) -> None:
+    """OSQP's QP and the Kalman stage's pass are the same step, written down twice."""
+    solved = solved_windows(problem, 2)
+    windows, model = [each.window for each in solved], solved[0].window.model
+    entries = [entry for entry in WINDOW_CONTENDERS if entry.mode == ONE_PASS]
+    racers = {
+        racer.entry.name: racer for racer in built(entries, model, windows[0], lambda *_: None)
+    }
+    race(list(racers.values()), windows, warm_up=0)
+    for i, each in enumerate(solved):
+        std = each.optimum.newest.std
+        step = _newest(racers["mhe-rti"], i)
+        for name, tolerance in (("osqp-tuned", PASS_STD), ("osqp", DEFAULT_OSQP_STD)):
+            away = model.difference(_newest(racers[name], i), step).full().ravel()
+            assert np.abs(away / std).max() < tolerance, name
+        # A step it is, and not yet the optimum.
+        left = model.difference(step, each.optimum.newest.mean).full().ravel()
+        assert PASS_STD < np.abs(left / std).max() < 1
+
+
+EXACT: dict[str, object] = {**TUNED_BOUNDED, "eps_abs": 1e-9, "eps_rel": 1e-9, "rho": 30.0}
+EXACT["max_iter"] = 400_000
+
+
+@pytest.mark.parametrize("problem", BOUNDED, ids=lambda problem: problem.key)
+def test_one_bounded_pass_is_one_quadratic_program(problem: Problem, interpreted: None) -> None:
+    """The active set on the pass' factors and OSQP on a sparse matrix end in one step."""
+    solved = solved_windows(problem, 2)
+    windows, model = [each.window for each in solved], solved[0].window.model
+    entries = [entry for entry in WINDOW_CONTENDERS if entry.mode == ONE_PASS]
+    exact = partial(Osqp, settings=EXACT, bounded_settings=EXACT)
+    racers = {
+        racer.entry.name: racer
+        for racer in built(
+            [*entries, Entry("exact", ONE_PASS, exact)], model, windows[0], lambda *_: None
+        )
+    }
+    race(list(racers.values()), windows, warm_up=0)
+    for i, each in enumerate(solved):
+        std = each.optimum.newest.std
+        step = _newest(racers["exact"], i)
+        for name, tolerance in (
+            ("mhe-rti", PASS_STD),
+            ("osqp-tuned", DEFAULT_OSQP_STD),
+            ("osqp", 10 * DEFAULT_OSQP_STD),
+        ):
+            away = model.difference(_newest(racers[name], i), step).full().ravel()
+            assert np.abs(away / std).max() < tolerance, name
+        left = model.difference(step, each.optimum.newest.mean).full().ravel()
+        assert PASS_STD < np.abs(left / std).max() < 1
+
+
+def _newest(racer: Racer[SpeedWindow], i: int) -> np.ndarray:
+    outcome: Outcome = racer.outcomes[i]
+    return outcome.newest
