@@ -49,7 +49,7 @@ for more than half of the time."""
 
 
 @dataclass(frozen=True)
-class Body:
+class BoundedBody:
     """What moves: how to write down its model, and how to record it.
 
     Parameters
@@ -67,8 +67,8 @@ class Body:
     bounds: Bounds
 
 
-def _pen_body(pen: PenConfig, bounds: Bounds) -> Body:
-    return Body(
+def _pen_body(pen: PenConfig, bounds: Bounds) -> BoundedBody:
+    return BoundedBody(
         pen,
         # The sensors as they are: a writing area would be a sixth to eighth row.
         lambda: pen_model(pen, writing_area=False),
@@ -77,14 +77,14 @@ def _pen_body(pen: PenConfig, bounds: Bounds) -> Body:
     )
 
 
-def _turntable() -> Body:
+def _turntable() -> BoundedBody:
     """Two tilts; its drives keep to their rates, so bounded they get no faster."""
     table = paper_turntable()
     rates = {
         f"{tilt}_rate_rad_s": (-math.inf, axis.rate_rad_s)
         for tilt, axis in zip(TILTS, table.axes, strict=True)
     }
-    return Body(
+    return BoundedBody(
         table,
         lambda: turntable_model(table),
         lambda duration_s, seed: simulate_table(table, duration_s, seed),
@@ -92,7 +92,7 @@ def _turntable() -> Body:
     )
 
 
-def _pen15() -> Body:
+def _pen15() -> BoundedBody:
     """Five degrees of freedom, (1) and (9) of [Pen]: 15 states, 5 rows, no bias."""
     pen = find_pen("reference")
     sensors: dict[str, Sensor] = {
@@ -103,14 +103,14 @@ def _pen15() -> Body:
     )
 
 
-def _pen24() -> Body:
+def _pen24() -> BoundedBody:
     """Six degrees of freedom and six biases: 24 states; a camera at its own rate of 30 Hz."""
     pen = find_pen("reference")
     sensors = {name: pen.sensors[name] for name in ("accel", "gyro", "camera")}
     return _pen_body(pen.model_copy(update={"sensors": sensors}), RAISED_PAPER)
 
 
-BODIES: Mapping[str, Callable[[], Body]] = MappingProxyType(
+BODIES: Mapping[str, Callable[[], BoundedBody]] = MappingProxyType(
     {"turntable": _turntable, "pen15": _pen15, "pen24": _pen24}
 )
 """Name → what moves."""

@@ -57,7 +57,7 @@ class Comparison:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class ReportPart:
     """A suite's part of the report.
 
     Parameters
@@ -99,7 +99,7 @@ class Content:
     cases: Sequence[str]
     wanted: str
     costs: Sequence[Cost]
-    parts: Sequence[Part]
+    parts: Sequence[ReportPart]
     made_with: Sequence[tuple[str, str]]
     run: Mapping[str, Any]
 
@@ -141,9 +141,9 @@ def slug(text: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-")
 
 
-def _part(suite: Suite, results: Results, run: Mapping[str, Any]) -> Part:
+def _part(suite: Suite, results: Results, run: Mapping[str, Any]) -> ReportPart:
     rows = results.rows
-    return Part(
+    return ReportPart(
         suite.name,
         f"suite-{slug(suite.name)}",
         suite.title,

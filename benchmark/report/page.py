@@ -15,7 +15,7 @@ from benchmark.figures.figure import Figure
 from benchmark.figures.plotly_figure import plotly_figure, plotly_layout, plotly_text
 from benchmark.figures.style import PAGE, Colour, Theme, colours_of, light_to_dark
 from benchmark.report.broken import MOST
-from benchmark.report.content import SYMBOLS, TITLE, Content, Part, slug
+from benchmark.report.content import SYMBOLS, TITLE, Content, ReportPart, slug
 from benchmark.report.describe import describe
 from benchmark.report.matrix import LEVELS, SHOWN
 from benchmark.report.numbers import count, interval, number, seconds
@@ -120,7 +120,7 @@ def script_json(value: Any) -> Markup:
     return Markup(text)
 
 
-def _drawn(part: Part, colours: Mapping[str, Colour]) -> list[Drawn]:
+def _drawn(part: ReportPart, colours: Mapping[str, Colour]) -> list[Drawn]:
     found = []
     for at, figure in enumerate(part.figures):
         spec = plotly_figure(figure, colours)

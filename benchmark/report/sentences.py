@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from benchmark.report.content import Content, Part
+from benchmark.report.content import Content, ReportPart
 from benchmark.report.made_with import duration_s
 from benchmark.report.numbers import count
 from benchmark.verdicts.judge import FAILS, HOLDS, NO_DATA, UNDECIDED, Judgement
@@ -65,6 +65,6 @@ def _verb(n: int, one: str, more: str) -> str:
     return f"{n} {one if n == 1 else more}"
 
 
-def refuted(content: Content) -> list[tuple[Part, Judgement]]:
+def refuted(content: Content) -> list[tuple[ReportPart, Judgement]]:
     """Return the claims that do not hold."""
     return [(p, found) for p in content.parts for found in p.judgements if found.verdict == FAILS]

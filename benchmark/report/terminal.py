@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from benchmark.report.broken import MOST, Broken
-from benchmark.report.content import SYMBOLS, TITLE, Content, Part
+from benchmark.report.content import SYMBOLS, TITLE, Content, ReportPart
 from benchmark.report.matrix import SHOWN, Cell, Matrix
 from benchmark.report.numbers import count, interval, number, seconds
 from benchmark.report.sentences import PAIR_SYMBOLS, lead, refuted, verdict_sentence
@@ -69,7 +69,7 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
     return "\n".join([lines[0], rule, *lines[1:]])
 
 
-def _part(part: Part) -> list[str]:
+def _part(part: ReportPart) -> list[str]:
     blocks = [f"## {_escaped(part.title)}", _escaped(part.summary), _escaped(part.missing)]
     if part.judgements:
         rows = [
@@ -128,7 +128,7 @@ def _counts(content: Content) -> str:
     return table(("Suite", *(f"{SYMBOLS[word]} {word}" for word in VERDICTS)), rows)
 
 
-def _claim(part: Part, claim_id: str) -> str:
+def _claim(part: ReportPart, claim_id: str) -> str:
     claim = next(found.claim for found in part.judgements if found.claim.id == claim_id)
     return f"{claim.says} ({claim.source})"
 

@@ -59,7 +59,7 @@ from models.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Linearised:
+class LinearisedOptimum:
     """The linearised window's optimum.
 
     Parameters
@@ -81,7 +81,7 @@ class Descending(Protocol):
 
     is_constrained: bool
 
-    def linearise(self) -> Linearised:
+    def linearise(self) -> LinearisedOptimum:
         """Return the linearised optimum around the current point."""
 
     def penalty(self) -> float:

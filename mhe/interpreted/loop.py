@@ -18,7 +18,7 @@ from mhe import constraint_rows
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide
 from mhe.config import Clock, MheConfig
 from mhe.interpreted.deadline import Deadline
-from mhe.interpreted.descent import Linearised, descend
+from mhe.interpreted.descent import LinearisedOptimum, descend
 from mhe.interpreted.window_pass import Pass, WindowPass
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.rules import MOST_TURNS, WOUND
@@ -253,7 +253,7 @@ class InterpretedWindow:
 
     def _converge(self, window: View) -> Solved:
         """Passes to convergence."""
-        point = _Point(self._pass, window, self._deadline)
+        point = _WindowPoint(self._pass, window, self._deadline)
         if not np.isfinite(point.readings):
             found = self._pass.run(window, point.d, point.scales)
             return Solved(found.newest, found.covariances[-1], Status.NOT_FINITE, 1)
@@ -261,7 +261,7 @@ class InterpretedWindow:
         for _ in range(MOST_TURNS):
             if end.status is not Status.SOLVED or not point.is_wound:
                 break
-            again = _Point(self._pass, window, self._deadline)
+            again = _WindowPoint(self._pass, window, self._deadline)
             end = descend(again, again.z, again.cost, self._config, end.iterations)
             point = again
         assert point.found is not None
@@ -271,7 +271,7 @@ class InterpretedWindow:
         return Solved(found.newest, covariance, end.status, end.iterations, end.cost, kkt)
 
 
-class _Point:
+class _WindowPoint:
     """Current point and candidate of a descent: see `mhe.interpreted.descent.Descending`."""
 
     def __init__(self, passes: WindowPass, window: View, deadline: Deadline) -> None:
@@ -301,7 +301,7 @@ class _Point:
         count = len(self._window.times)
         return self._deadline.affordable(count) < count
 
-    def linearise(self) -> Linearised:
+    def linearise(self) -> LinearisedOptimum:
         began, before = self._deadline.now(), self._window.active.copy()
         self.found = found = self._pass.run(self._window, self.d, self.scales)
         self._deadline.note_pass(len(self._window.times), began)
@@ -309,7 +309,7 @@ class _Point:
         if found.held.active.any():
             self._weights = np.maximum(self._weights, 2 * multipliers.max(axis=0))
         step, P = found.mu - self.z[: len(found.mu)], self._window.prior.covariance
-        return Linearised(
+        return LinearisedOptimum(
             np.concatenate([found.mu, found.w.ravel()]),
             found.length + float(step @ P @ step),
             found.held.status,

@@ -80,7 +80,7 @@ def crossed_over(
 
 
 @dataclass(frozen=True, eq=False)
-class _Point:
+class _KktPoint:
     """z and y with some rows held, and whether these could be met all at once."""
 
     z: Array
@@ -97,11 +97,11 @@ class _Qp:
     upper: Array
     equal: NDArray[np.bool_]
 
-    def pulls(self, point: _Point, rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def pulls(self, point: _KktPoint, rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which of the rows that are held have a negative multiplier."""
         return rows & ~self.equal & (point.y < 0)
 
-    def held(self, rows: NDArray[np.bool_]) -> _Point:
+    def held(self, rows: NDArray[np.bool_]) -> _KktPoint:
         """Solve the optimality conditions with some rows held.
 
         Rows that depend on each other make the system singular: a little on its diagonal
@@ -120,4 +120,4 @@ class _Qp:
         y = np.zeros(len(rows))
         y[rows] = found[n:]
         is_met = bool(off <= CONTRADICTION * max(1.0, np.abs(found).max(initial=0.0)))
-        return _Point(found[:n], y, is_met)
+        return _KktPoint(found[:n], y, is_met)

@@ -52,7 +52,7 @@ class ConstrainedSolution:
 
 
 @dataclass(frozen=True, eq=False)
-class _Point:
+class _QpPoint:
     """A window at a trajectory; a `mhe.sparse_qp.linearised_window.WindowStages`."""
 
     times: Array
@@ -122,16 +122,16 @@ class SequentialQp:
 
     def _start(
         self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
-    ) -> _Point:
+    ) -> _QpPoint:
         times = np.array([m.time_s for m in measurements])
         x = [guess.states[0]]
         for w, dt in zip(guess.noises, np.diff(times), strict=True):
             x.append(np.asarray(self.model.f(x[-1], w, dt)).ravel())
         y = np.array([without_gaps(m.y) for m in measurements])
-        return _Point(times, y, np.array(x), guess.noises, prior)
+        return _QpPoint(times, y, np.array(x), guess.noises, prior)
 
     def _step(
-        self, qp: OsqpWindow, point: _Point, measurements: tuple[Measurement, ...]
+        self, qp: OsqpWindow, point: _QpPoint, measurements: tuple[Measurement, ...]
     ) -> QpSolution:
         """Linearise and solve."""
         rows = [
@@ -144,13 +144,15 @@ class SequentialQp:
         return qp.run(point, d, scales, asked)
 
     @staticmethod
-    def _moved(qp: OsqpWindow, point: _Point, found: QpSolution, part: float) -> _Point:
+    def _moved(qp: OsqpWindow, point: _QpPoint, found: QpSolution, part: float) -> _QpPoint:
         """Return the point a part of the step further on."""
         retract = qp.lineariser.stage.retract
         x = [retract(x, part * step) for x, step in zip(point.x, found.d, strict=True)]
         return replace(point, x=np.array(x), w=point.w + part * (found.w - point.w))
 
-    def _cost(self, qp: OsqpWindow, point: _Point, measurements: tuple[Measurement, ...]) -> float:
+    def _cost(
+        self, qp: OsqpWindow, point: _QpPoint, measurements: tuple[Measurement, ...]
+    ) -> float:
         away = qp.lineariser.difference(point.x[0], point.prior.mean)
         L = np.linalg.cholesky(point.prior.covariance)
         cost = float(np.sum(solve_triangular(L, away, lower=True) ** 2)) / 2

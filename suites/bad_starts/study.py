@@ -62,7 +62,7 @@ QUANTITIES: Mapping[str, Callable[[BadStartRun], Array]] = MappingProxyType(
 
 
 @dataclass(frozen=True)
-class _Task:
+class BadStartTask:
     """A few runs of one case by one estimator."""
 
     case: str
@@ -80,7 +80,7 @@ def run_bad_starts(
         check_estimator(estimator)
     prepare_folder(output)
     tasks = [
-        _Task(case, estimator, range(first, min(first + RUNS_PER_TASK, runs)))
+        BadStartTask(case, estimator, range(first, min(first + RUNS_PER_TASK, runs)))
         for case in cases
         for estimator in estimators
         for first in range(0, runs, RUNS_PER_TASK)
@@ -106,7 +106,7 @@ def run_bad_starts(
     )
 
 
-def _run_task(task: _Task) -> list[BadStartRun]:
+def _run_task(task: BadStartTask) -> list[BadStartRun]:
     case = case_named(task.case)
     return [run_bad_start(case, task.estimator, seed) for seed in task.seeds]
 

@@ -22,7 +22,7 @@ LIMIT = 2.6
 
 
 @dataclass(frozen=True, eq=False)
-class _Task:
+class ConsistencyTask:
     """A few runs of one case by one estimator."""
 
     pen: PenConfig
@@ -48,7 +48,9 @@ def run_consistency(
     for case in cases:
         case_named(case)
     tasks = [
-        _Task(config, sensors, case, estimator, range(first, min(first + RUNS_PER_TASK, runs)))
+        ConsistencyTask(
+            config, sensors, case, estimator, range(first, min(first + RUNS_PER_TASK, runs))
+        )
         for case in cases
         for estimator in estimators
         for first in range(0, runs, RUNS_PER_TASK)
@@ -76,7 +78,7 @@ def run_consistency(
     console.print(f"\nconsistent: within {LIMIT:g} standard errors of the number of states")
 
 
-def _run_task(task: _Task) -> ConsistencyRuns:
+def _run_task(task: ConsistencyTask) -> ConsistencyRuns:
     return run_case(task.pen, task.sensors, case_named(task.case), task.estimator, task.seeds)
 
 

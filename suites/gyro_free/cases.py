@@ -48,7 +48,7 @@ TWO_ACCELS, NO_ROLL, NO_SPIN = "two accels", "two accels, no roll", "two accels,
 
 
 @dataclass(frozen=True)
-class Configuration:
+class GyroFreeConfiguration:
     """What the pen model has, beside two accelerometers.
 
     Parameters
@@ -61,18 +61,18 @@ class Configuration:
     no_roll: bool = False
 
 
-CONFIGURATIONS: Mapping[str, Configuration] = MappingProxyType(
+CONFIGURATIONS: Mapping[str, GyroFreeConfiguration] = MappingProxyType(
     {
-        TWO_ACCELS: Configuration(),
-        NO_ROLL: Configuration(no_roll=True),
-        NO_SPIN: Configuration(degrees_of_freedom=5),
+        TWO_ACCELS: GyroFreeConfiguration(),
+        NO_ROLL: GyroFreeConfiguration(no_roll=True),
+        NO_SPIN: GyroFreeConfiguration(degrees_of_freedom=5),
     }
 )
 """Sensors of a task → what the pen model has. Who has no model is listed with `TWO_ACCELS`."""
 
 
 @dataclass(frozen=True)
-class Case:
+class GyroFreeCase:
     """A case.
 
     Parameters
@@ -101,23 +101,23 @@ class Case:
 TEST_CASE = "test case"
 _ALL = tuple(name for name in CLASSICAL if name != "gyro-free-careful")
 _BOTH = (TWO_ACCELS, NO_ROLL)
-CASES: Mapping[str, Case] = MappingProxyType(
+CASES: Mapping[str, GyroFreeCase] = MappingProxyType(
     {
-        TEST_CASE: Case(classical=_ALL, sensors=tuple(CONFIGURATIONS)),
-        "l 10 mm": Case(half_distance_m=0.01, sensors=_BOTH),
-        "l 20 mm": Case(half_distance_m=0.02, sensors=()),
-        "l 80 mm": Case(half_distance_m=0.08, sensors=()),
-        "l 160 mm": Case(half_distance_m=0.16, sensors=_BOTH),
-        "noise x0": Case(noise_factor=0, classical=_ALL, sensors=()),
-        "noise x3": Case(noise_factor=3, classical=_ALL, sensors=()),
-        "noise x10": Case(noise_factor=10, classical=_ALL, sensors=_BOTH),
-        "noise x30": Case(noise_factor=30, classical=_ALL, sensors=()),
-        "noise x100": Case(noise_factor=100, classical=_ALL, sensors=_BOTH),
-        "roll": Case(gesture=GestureConfig(roll="no spin"), sensors=tuple(CONFIGURATIONS)),
-        "one plane": Case(gesture=GestureConfig(turns_hz=0.0), sensors=(NO_ROLL,)),
-        "slow": Case(gesture=GestureConfig(rate_rad_s=0.5), sensors=()),
-        "fast": Case(gesture=GestureConfig(rate_rad_s=4.0), sensors=()),
-        "no bias": Case(errors=Errors(bias_m_s2=0.0), sensors=()),
+        TEST_CASE: GyroFreeCase(classical=_ALL, sensors=tuple(CONFIGURATIONS)),
+        "l 10 mm": GyroFreeCase(half_distance_m=0.01, sensors=_BOTH),
+        "l 20 mm": GyroFreeCase(half_distance_m=0.02, sensors=()),
+        "l 80 mm": GyroFreeCase(half_distance_m=0.08, sensors=()),
+        "l 160 mm": GyroFreeCase(half_distance_m=0.16, sensors=_BOTH),
+        "noise x0": GyroFreeCase(noise_factor=0, classical=_ALL, sensors=()),
+        "noise x3": GyroFreeCase(noise_factor=3, classical=_ALL, sensors=()),
+        "noise x10": GyroFreeCase(noise_factor=10, classical=_ALL, sensors=_BOTH),
+        "noise x30": GyroFreeCase(noise_factor=30, classical=_ALL, sensors=()),
+        "noise x100": GyroFreeCase(noise_factor=100, classical=_ALL, sensors=_BOTH),
+        "roll": GyroFreeCase(gesture=GestureConfig(roll="no spin"), sensors=tuple(CONFIGURATIONS)),
+        "one plane": GyroFreeCase(gesture=GestureConfig(turns_hz=0.0), sensors=(NO_ROLL,)),
+        "slow": GyroFreeCase(gesture=GestureConfig(rate_rad_s=0.5), sensors=()),
+        "fast": GyroFreeCase(gesture=GestureConfig(rate_rad_s=4.0), sensors=()),
+        "no bias": GyroFreeCase(errors=Errors(bias_m_s2=0.0), sensors=()),
     }
 )
 """Name → case: the paper's numbers, and what they become one change at a time."""

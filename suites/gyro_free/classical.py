@@ -18,7 +18,7 @@ from classical_baseline.gesture_path import gesture_path
 from classical_baseline.gyro_free import GyroFreeRate, integrate_rate
 from models.arrays import Array
 from suites.gyro_free.cases import CLASSICAL
-from suites.gyro_free.gesture import Motion
+from suites.gyro_free.gesture import GestureMotion
 from suites.gyro_free.readings import GRAVITY_M_S2
 from suites.gyro_free.scores import Estimated, growth
 
@@ -40,7 +40,7 @@ def classical_rate(
 
 
 def classical_gesture(
-    estimator: str, motion: Motion, f1: Array, f2: Array, half_distance_m: float
+    estimator: str, motion: GestureMotion, f1: Array, f2: Array, half_distance_m: float
 ) -> tuple[Estimated, tuple[Quantity, ...], Array]:
     """Return estimate, figures of its own, and times per sample (runs,) in s.
 

@@ -10,7 +10,14 @@ import numpy as np
 from benchmark.figures.figure import Figure, Line, Panel, Style
 from benchmark.tasks.results import Results
 from benchmark.tasks.task import OK
-from suites.gyro_free.cases import CASES, CLASSICAL, COMPENSATED, INTEGRATED, TWO_ACCELS, Case
+from suites.gyro_free.cases import (
+    CASES,
+    CLASSICAL,
+    COMPENSATED,
+    INTEGRATED,
+    TWO_ACCELS,
+    GyroFreeCase,
+)
 from suites.gyro_free.simulated import SHOWN
 
 BY_METHOD = (INTEGRATED, COMPENSATED, "ekf", "mhe")
@@ -28,8 +35,8 @@ BY_DISTANCE: Mapping[str, float] = MappingProxyType(
     {
         name: 1e3 * case.half_distance_m
         for name, case in CASES.items()
-        if Case(half_distance_m=case.half_distance_m)
-        == Case(case.half_distance_m, case.noise_factor, case.gesture, case.errors)
+        if GyroFreeCase(half_distance_m=case.half_distance_m)
+        == GyroFreeCase(case.half_distance_m, case.noise_factor, case.gesture, case.errors)
     }
 )
 """Cases that differ in nothing but l → l in mm."""
@@ -38,8 +45,8 @@ BY_NOISE: Mapping[str, float] = MappingProxyType(
     {
         name: case.noise_factor
         for name, case in CASES.items()
-        if Case(noise_factor=case.noise_factor)
-        == Case(case.half_distance_m, case.noise_factor, case.gesture, case.errors)
+        if GyroFreeCase(noise_factor=case.noise_factor)
+        == GyroFreeCase(case.half_distance_m, case.noise_factor, case.gesture, case.errors)
         and case.noise_factor > 0  # a logarithmic axis has no zero
     }
 )

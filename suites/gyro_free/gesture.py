@@ -58,7 +58,7 @@ class GestureConfig:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class GestureMotion:
     """Truth of a gesture, in axes with x along the pen; SI.
 
     Parameters
@@ -79,7 +79,7 @@ class Motion:
 
 
 @cache
-def gesture(config: GestureConfig, seed: int) -> Motion:
+def gesture(config: GestureConfig, seed: int) -> GestureMotion:
     """Return the gesture of a seed."""
     rng = stream(seed_sequence(seed), "gesture")
     amplitude, turning, size = rng.uniform(*SPREAD, 3)
@@ -125,7 +125,7 @@ def gesture(config: GestureConfig, seed: int) -> Motion:
     rate = np.array([rate_of(t, c) for t, c in zip(time_s, C, strict=True)])
     rate_derivative = np.column_stack([np.zeros(len(time_s)), yz(time_s)[1].T])
     acceleration, position = _path(time_s / T, T, size * config.size_m, heading)
-    return Motion(time_s, rate, rate_derivative, C, acceleration, position)
+    return GestureMotion(time_s, rate, rate_derivative, C, acceleration, position)
 
 
 def start_cosines(elevation: float) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 
 from models.arrays import Array
 from models.random_streams import seed_sequence, stream
-from suites.gyro_free.gesture import Motion
+from suites.gyro_free.gesture import GestureMotion
 
 GRAVITY_M_S2 = 9.81
 G_M_S2 = GRAVITY_M_S2
@@ -41,7 +41,7 @@ class Errors:
         return self.noise_m_s2 / np.sqrt(2)
 
 
-def exact_readings(motion: Motion, half_distance_m: float) -> tuple[Array, Array]:
+def exact_readings(motion: GestureMotion, half_distance_m: float) -> tuple[Array, Array]:
     """Return f₁, f₂ (n, 3), m/s², at -l and +l on the x axis."""
     gravity = np.array([0.0, 0.0, -GRAVITY_M_S2])
     at_centre = np.einsum("kij,kj->ki", motion.C, motion.acceleration - gravity)
@@ -55,7 +55,7 @@ def exact_readings(motion: Motion, half_distance_m: float) -> tuple[Array, Array
 
 
 def readings(
-    motion: Motion, half_distance_m: float, errors: Errors, seed: int
+    motion: GestureMotion, half_distance_m: float, errors: Errors, seed: int
 ) -> tuple[Array, Array]:
     """Return the readings (n, 3) of both accelerometers, with their errors.
 

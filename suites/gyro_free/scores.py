@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmark.tasks.task import Quantity, Series
 from models.arrays import Array
-from suites.gyro_free.gesture import Motion
+from suites.gyro_free.gesture import GestureMotion
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,9 @@ class Estimated:
     position: Array
 
 
-def scores(motion: Motion, estimated: Estimated, sees_roll: bool = True) -> tuple[Quantity, ...]:
+def scores(
+    motion: GestureMotion, estimated: Estimated, sees_roll: bool = True
+) -> tuple[Quantity, ...]:
     """Return the errors of an estimate.
 
     ``rate``: of the two rates perpendicular to the axis; ``rate growth``: its RMS in the
@@ -84,7 +86,7 @@ def rate_series(time_s: Array, estimate: Array, truth: Array) -> tuple[Series, .
     )
 
 
-def path_series(motion: Motion, position: Array) -> tuple[Series, ...]:
+def path_series(motion: GestureMotion, position: Array) -> tuple[Series, ...]:
     """Return the horizontal coordinates of the path over time."""
     return tuple(
         Series(

@@ -18,11 +18,11 @@ from suites.gyro_free.cases import (
     NO_SPIN,
     TEST_CASE,
     TWO_ACCELS,
-    Case,
+    GyroFreeCase,
 )
 from suites.gyro_free.classical import classical_gesture
 from suites.gyro_free.from_start import run_from
-from suites.gyro_free.gesture import Motion, gesture
+from suites.gyro_free.gesture import GestureMotion, gesture
 from suites.gyro_free.pen import (
     LOWER,
     NO_ROLL_SENSOR,
@@ -75,7 +75,7 @@ def run_simulated(task: Task) -> Outcome:
 
 
 def _model_based(
-    task: Task, case: Case, motion: Motion, f1: Array, f2: Array
+    task: Task, case: GyroFreeCase, motion: GestureMotion, f1: Array, f2: Array
 ) -> tuple[str, Estimated, float, Array]:
     configuration, errors = CONFIGURATIONS[task.sensors], case.reading_errors
     least = LEAST_NOISE_FACTOR * case.errors.single_noise_std
@@ -97,7 +97,7 @@ def _model_based(
     return model.name, estimated, history.solved_fraction, history.step_time_s
 
 
-def _series(task: Task, motion: Motion, estimated: Estimated) -> tuple[Series, ...]:
+def _series(task: Task, motion: GestureMotion, estimated: Estimated) -> tuple[Series, ...]:
     """Return what the figures of the test case show."""
     if task.case != TEST_CASE or task.seed != 0 or task.estimator not in SHOWN[task.sensors]:
         return ()

@@ -94,19 +94,19 @@ how slowly an EKF recovers from a bad start: that is most of the spread there.
 
 
 @dataclass(frozen=True)
-class Configuration:
+class PrintedConfiguration:
     """Sensors, and the columns of `ERROR_COLUMNS` that they make observable."""
 
     sensors: tuple[str, ...]
     columns: tuple[str, ...]
 
 
-CONFIGURATIONS: Mapping[str, Configuration] = MappingProxyType(
+CONFIGURATIONS: Mapping[str, PrintedConfiguration] = MappingProxyType(
     {
-        "with camera": Configuration(
+        "with camera": PrintedConfiguration(
             ("accel", "gyro", "camera"), ("elevation_deg", "azimuth_deg", "tip_mm")
         ),
-        "without camera": Configuration(("accel", "gyro", "area"), ("elevation_deg",)),
+        "without camera": PrintedConfiguration(("accel", "gyro", "area"), ("elevation_deg",)),
     }
 )
 COLUMNS = ("elevation_deg", "azimuth_deg", "tip_mm")

@@ -37,7 +37,7 @@ class ContenderAbsentError(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class RaceOutcome:
     """What a contender makes of an item.
 
     Parameters
@@ -63,7 +63,7 @@ class Contender(Protocol[ItemIn]):
     def solve(self) -> float | None:
         """Do the work; timed. Return seconds to count instead of the wall time, or None."""
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RaceOutcome:
         """Return what the last `solve` found; it ends the turn."""
 
 

@@ -28,7 +28,7 @@ from suites.speed.filterpy_contender import Filterpy
 from suites.speed.ipopt_contender import Ipopt
 from suites.speed.osqp_contender import DEFAULT, RHOS, TUNED, TUNED_BOUNDED, Osqp
 from suites.speed.own_contenders import LIVE, LIVE_HORIZON, Batch, LiveStep, WindowStep
-from suites.speed.samples import Sample, Stream
+from suites.speed.samples import Sample, SampleStream
 from suites.speed.windows import SpeedWindow
 
 WINDOW_CONTENDERS: tuple[Entry[SpeedWindow], ...] = (
@@ -117,7 +117,7 @@ REUSE_CONTENDERS: tuple[Entry[Sample], ...] = tuple(
 """What steps along a stream as it does by default, and with full passes only."""
 
 
-def stream_contenders(samples: int) -> tuple[Entry[Stream], ...]:
+def stream_contenders(samples: int) -> tuple[Entry[SampleStream], ...]:
     """Return what takes a whole stream of some samples in one call."""
     build = {name: partial(Batch, name=name) for name in ("ekf", "mhe-rti", "mhe")}
     return (

@@ -19,7 +19,7 @@ import numpy as np
 from estimation.kalman_stage import stacked_residual
 from mhe.trajectory import Trajectory
 from models.state_space import StateSpaceModel
-from suites.speed.contender import Outcome, in_silence, knows_only_bounds, peer
+from suites.speed.contender import RaceOutcome, in_silence, knows_only_bounds, peer
 from suites.speed.windows import SpeedWindow
 
 OPTIONS = {
@@ -64,7 +64,7 @@ class DoMpc:
         """Call do-mpc."""
         self._mhe.solve()
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RaceOutcome:
         """Read the solution; unit noises are those whose factor gives the additive ones."""
         found, stages = self._mhe.opt_x_num, range(self._horizon)
         states = np.array([found["_x", k, -1].full().ravel() for k in range(self._horizon + 1)])
@@ -73,7 +73,7 @@ class DoMpc:
             [np.linalg.solve(factors[k], found["_w", k].full().ravel()) for k in stages]
         )
         solved = bool(self._mhe.solver_stats["success"])
-        return Outcome(solved, states[-1], Trajectory(states, noises))
+        return RaceOutcome(solved, states[-1], Trajectory(states, noises))
 
 
 def _estimator(do_mpc: Any, model: StateSpaceModel, horizon: int) -> Any:

@@ -14,7 +14,7 @@ from estimation.recording import Measurement
 from mhe.config import MheConfig
 from models.errors import InputError
 from models.state_space import StateSpaceModel
-from suites.speed.contender import ContenderAbsentError, Outcome
+from suites.speed.contender import ContenderAbsentError, RaceOutcome
 from suites.speed.own_contenders import VERSION
 from suites.speed.samples import Sample
 
@@ -60,8 +60,8 @@ class ExportedStep:
         """Take the measurement."""
         self._exported.take(self._measurement.time_s, self._measurement.y)
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RaceOutcome:
         """Go on to the next sample."""
         self._before = self._state, self._measurement
         self._state, estimate = self._exported.step(*self._before)
-        return Outcome(estimate.status.is_solved, estimate.state.mean)
+        return RaceOutcome(estimate.status.is_solved, estimate.state.mean)

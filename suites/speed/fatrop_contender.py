@@ -21,7 +21,7 @@ import casadi as ca
 import numpy as np
 
 from models.state_space import StateSpaceModel
-from suites.speed.contender import ContenderAbsentError, Outcome, knows_only_bounds
+from suites.speed.contender import ContenderAbsentError, RaceOutcome, knows_only_bounds
 from suites.speed.stagewise import (
     StagewiseProblem,
     bounded_states,
@@ -72,10 +72,10 @@ class Fatrop:
         """Call the solver."""
         self._solution = self._solver(**self._given)
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RaceOutcome:
         """Unpack the solution."""
         trajectory = trajectory_of(np.asarray(self._solution["x"]).ravel(), self._window)
-        return Outcome(self._solver.stats()["success"], trajectory.states[-1], trajectory)
+        return RaceOutcome(self._solver.stats()["success"], trajectory.states[-1], trajectory)
 
 
 def _gauss_newton(nlp: dict[str, ca.SX], residual: ca.SX) -> ca.Function:

@@ -14,7 +14,7 @@ import numpy as np
 
 from estimation.kalman_stage import KalmanStage
 from models.state_space import StateSpaceModel
-from suites.speed.contender import ContenderAbsentError, Outcome, peer
+from suites.speed.contender import ContenderAbsentError, RaceOutcome, peer
 from suites.speed.filterpy_readings import READINGS
 from suites.speed.samples import Sample
 
@@ -50,7 +50,7 @@ class Filterpy:
             self._filter.predict()
         self._filter.update(self._y, self._readings.H, self._readings.h)
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RaceOutcome:
         """Go on to the next sample."""
         self._x, self._P = self._filter.x, self._filter.P
-        return Outcome(True, self._x)
+        return RaceOutcome(True, self._x)

@@ -19,7 +19,7 @@ import numpy as np
 from mhe.config import MheConfig
 from mhe.reference.window import WindowProblem
 from models.state_space import StateSpaceModel
-from suites.speed.contender import Outcome
+from suites.speed.contender import RaceOutcome
 from suites.speed.windows import SpeedWindow
 
 OPTIONS: Mapping[str, Any] = {
@@ -55,9 +55,9 @@ class Ipopt:
         """Call the solver."""
         self._solution = self._solver(**self._given)
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RaceOutcome:
         """Unpack the solution."""
         variables = np.asarray(self._solution["x"]).ravel()
         window = self._window
         trajectory = self._problem.unpack(variables, window.guess.states, window.scale)
-        return Outcome(self._solver.stats()["success"], trajectory.states[-1], trajectory)
+        return RaceOutcome(self._solver.stats()["success"], trajectory.states[-1], trajectory)

@@ -27,7 +27,7 @@ import numpy as np
 
 from benchmark.bound_call import BoundCall
 from models.state_space import StateSpaceModel
-from suites.speed.contender import Outcome, knows_only_bounds, peer
+from suites.speed.contender import RaceOutcome, knows_only_bounds, peer
 from suites.speed.gauss_newton_qp import GaussNewtonQp, qp_arguments
 from suites.speed.stagewise import bounded_states, trajectory_of
 from suites.speed.windows import SpeedWindow
@@ -106,10 +106,10 @@ class Osqp:
         self._solver.update(Px=P, Ax=A, q=q, l=lower, u=upper)
         self._result = self._solver.solve(raise_error=False)
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RaceOutcome:
         """Unpack the step."""
         trajectory = trajectory_of(self._result.x, self._window)
-        return Outcome(self._result.info.status_val == 1, trajectory.states[-1], trajectory)
+        return RaceOutcome(self._result.info.status_val == 1, trajectory.states[-1], trajectory)
 
     def _iterations(self, rho: float, window: SpeedWindow) -> int:
         """Return how many iterations a window takes with some rho."""

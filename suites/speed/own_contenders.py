@@ -23,9 +23,9 @@ from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import ESTIMATORS, EstimatorSettings, create_estimator
-from suites.speed.contender import OVERHEAD, STEP, ContenderAbsentError, Outcome
+from suites.speed.contender import OVERHEAD, STEP, ContenderAbsentError, RaceOutcome
 from suites.speed.held_rows import HeldRows
-from suites.speed.samples import Sample, Stream
+from suites.speed.samples import Sample, SampleStream
 from suites.speed.windows import SpeedWindow
 
 VERSION = f"pen-mhe {version('pen-mhe')}"
@@ -84,11 +84,11 @@ class WindowStep:
         self._next, self.estimate = self._estimator.step(self.state, self._newest)
         return self.estimate.call_s if self._call_only else None
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RaceOutcome:
         """Read the window out of the state."""
         memory = self._next.memory
         trajectory = Trajectory(*(self.layout.view(memory, block).copy() for block in "xw"))
-        return Outcome(self.estimate.status.is_solved, self.estimate.state.mean, trajectory)
+        return RaceOutcome(self.estimate.status.is_solved, self.estimate.state.mean, trajectory)
 
     def _after(self, item: SpeedWindow, prior: GaussianState) -> WindowState:
         """Return the state after the window before, its active rows marked."""
@@ -142,11 +142,11 @@ class LiveStep:
         call_s: float = self.estimate.call_s
         return time.perf_counter() - start - call_s if self._counted == OVERHEAD else call_s
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RaceOutcome:
         """Go on to the next sample."""
         self._before = self._state, self._measurement
         self._state = self._next
-        return Outcome(self.estimate.status.is_solved, self.estimate.state.mean)
+        return RaceOutcome(self.estimate.status.is_solved, self.estimate.state.mean)
 
 
 class Batch:
@@ -154,13 +154,13 @@ class Batch:
 
     version = VERSION
 
-    def __init__(self, model: StateSpaceModel, example: Stream, name: str) -> None:
+    def __init__(self, model: StateSpaceModel, example: SampleStream, name: str) -> None:
         self._estimator = estimator(name, model, LIVE)
         if not hasattr(self._estimator, "batch"):
             raise ContenderAbsentError("the estimator has no batch call")
         self._start = self._estimator.init()
 
-    def prepare(self, item: Stream) -> None:
+    def prepare(self, item: SampleStream) -> None:
         """Keep the stream."""
         self._stream = item
 
@@ -168,6 +168,6 @@ class Batch:
         """Run over the stream."""
         _, self._history = self._estimator.batch(self._start, self._stream.time_s, self._stream.y)
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RaceOutcome:
         """Return the last estimate."""
-        return Outcome(self._history.solved_fraction, self._history.mean[-1])
+        return RaceOutcome(self._history.solved_fraction, self._history.mean[-1])

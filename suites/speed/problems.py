@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from benchmark.bodies import BODIES, Body
+from benchmark.bodies import BODIES, BoundedBody
 from models.errors import InputError
 from models.state_space import StateSpaceModel
 
@@ -44,7 +44,7 @@ class Problem:
         return f"{self.name}_{self.horizon}{BOUNDED if self.bounded else ''}"
 
     @property
-    def body(self) -> Body:
+    def body(self) -> BoundedBody:
         """What moves."""
         return BODIES[self.name]()
 

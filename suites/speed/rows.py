@@ -15,7 +15,7 @@ import numpy as np
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
-from suites.speed.contender import Outcome
+from suites.speed.contender import RaceOutcome
 from suites.speed.problems import Problem
 from suites.speed.runner import Racer
 
@@ -73,7 +73,7 @@ def row(
     problem: Problem,
     model: StateSpaceModel,
     references: Sequence[GaussianState],
-    quality: Callable[[int, Outcome], Quality] | None = None,
+    quality: Callable[[int, RaceOutcome], Quality] | None = None,
     active_rows: float | None = None,
 ) -> Row:
     """Return the row of a contender after its race.

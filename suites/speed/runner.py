@@ -18,7 +18,7 @@ from typing import Generic
 import numpy as np
 
 from models.state_space import StateSpaceModel
-from suites.speed.contender import Contender, ContenderAbsentError, Entry, ItemT, Outcome
+from suites.speed.contender import Contender, ContenderAbsentError, Entry, ItemT, RaceOutcome
 
 TURN_S = 2e-3
 MOST_REPEATS = 11
@@ -40,7 +40,7 @@ class Racer(Generic[ItemT]):
     contender: Contender[ItemT]
     build_s: float
     times_s: list[float] = field(default_factory=list)
-    outcomes: list[Outcome] = field(default_factory=list)
+    outcomes: list[RaceOutcome] = field(default_factory=list)
 
 
 def built(
@@ -101,7 +101,7 @@ def race(
     return (time.process_time() - used_s) / (time.perf_counter() - began_s)
 
 
-def _turn(contender: Contender[ItemT], item: ItemT) -> tuple[float, Outcome]:
+def _turn(contender: Contender[ItemT], item: ItemT) -> tuple[float, RaceOutcome]:
     """Return the median time (s) of one contender on one item, and what it found."""
     times: list[float] = []
     while not times or (sum(times) < TURN_S and len(times) < MOST_REPEATS):

@@ -29,7 +29,7 @@ class Sample:
 
 
 @dataclass(frozen=True, eq=False)
-class Stream:
+class SampleStream:
     """A whole stream as one item: instants (n,) s and readings (n, n_y)."""
 
     time_s: Array
@@ -44,10 +44,10 @@ class FilteredStream:
     reference: tuple[GaussianState, ...]
 
     @property
-    def whole(self) -> Stream:
+    def whole(self) -> SampleStream:
         """The stream as one item."""
         taken = [sample.measurement for sample in self.samples]
-        return Stream(np.array([m.time_s for m in taken]), np.array([m.y for m in taken]))
+        return SampleStream(np.array([m.time_s for m in taken]), np.array([m.y for m in taken]))
 
 
 def filtered_stream(problem: Problem, model: StateSpaceModel, count: int) -> FilteredStream:

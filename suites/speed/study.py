@@ -18,7 +18,7 @@ from suites.speed.figures import contender_figure, horizon_figure, in_unit
 from suites.speed.problems import PROBLEMS, Problem, find_problem
 from suites.speed.rows import Row, write_rows
 from suites.speed.suite import StreamPlan, few, race_filters, race_reuse, race_windows
-from suites.speed.verdicts import Promise, Verdict, verdicts
+from suites.speed.verdicts import Promise, PromiseVerdict, verdicts
 
 SINGLE_THREADED: Mapping[str, str] = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 """Environment under which NumPy, SciPy and CasADi's solvers start no threads."""
@@ -103,7 +103,7 @@ def _print_rows(rows: Sequence[Row]) -> None:
     print_table("Time per window or sample", columns, texts)
 
 
-def _print_verdicts(found: Sequence[Verdict]) -> None:
+def _print_verdicts(found: Sequence[PromiseVerdict]) -> None:
     texts = [
         [v.promise.text, _figure(v.promise, v.figure), _target(v.promise), JUDGED[v.kept]]
         for v in found

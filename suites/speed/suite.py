@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from models.state_space import StateSpaceModel
-from suites.speed.contender import Entry, ItemT, Outcome
+from suites.speed.contender import Entry, ItemT, RaceOutcome
 from suites.speed.contenders import (
     REUSE_CONTENDERS,
     REUSE_HORIZONS,
@@ -84,7 +84,7 @@ def race_windows(
     racers = _raced(problem.key, entries, model, windows, WARM_UP, absent, progress)
     window_cost, held = WindowCost(model, problem.horizon), HeldRows(model)
 
-    def quality(i: int, outcome: Outcome) -> Quality:
+    def quality(i: int, outcome: RaceOutcome) -> Quality:
         assert outcome.trajectory is not None
         window, found = timed[i].window, outcome.trajectory
         cost = window_cost(window, found.states[0], found.noises)

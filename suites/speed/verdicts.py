@@ -53,7 +53,7 @@ class Promise:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class PromiseVerdict:
     """A promise with its figure; None where a row is missing."""
 
     promise: Promise
@@ -149,10 +149,10 @@ PROMISES: tuple[Promise, ...] = (
 """What a run of the whole suite is held against."""
 
 
-def verdicts(rows: Sequence[Row], promises: Sequence[Promise] = PROMISES) -> list[Verdict]:
+def verdicts(rows: Sequence[Row], promises: Sequence[Promise] = PROMISES) -> list[PromiseVerdict]:
     """Hold rows against promises."""
     found = {Key(r.problem, r.horizon, r.contender, r.mode, r.bounds): r for r in rows}
-    return [Verdict(promise, _figure(promise, found)) for promise in promises]
+    return [PromiseVerdict(promise, _figure(promise, found)) for promise in promises]
 
 
 def _figure(promise: Promise, rows: Mapping[Key, Row]) -> float | None:

@@ -27,7 +27,7 @@ class Installation:
 
 
 @dataclass(frozen=True)
-class Case:
+class TiltCase:
     """A motion in an installation.
 
     Parameters
@@ -46,22 +46,26 @@ class Case:
 _ONCE_AROUND = Turn(theta=Tilting(turn_deg=360.0))
 _SWING = Tilting(swing_deg=45.0)
 FULL_TURN, TWO_AXES = "full turn", "swing, two axes"
-CASES: Mapping[str, Case] = MappingProxyType(
+CASES: Mapping[str, TiltCase] = MappingProxyType(
     {
-        FULL_TURN: Case(_ONCE_AROUND),
-        "full turn, fast": Case(Turn(theta=Tilting(turn_deg=360.0), moving_s=4.0)),
-        "full turn, slow": Case(Turn(theta=Tilting(turn_deg=360.0), moving_s=30.0)),
-        "full turn, shaken": Case(_ONCE_AROUND, Installation(accelerometer_noise=5.0)),
-        "full turn, poor gyroscope": Case(_ONCE_AROUND, Installation(gyroscope_noise=10.0)),
-        "full turn, biased gyroscope": Case(_ONCE_AROUND, Installation(gyroscope_bias_deg_s=1.0)),
-        "full turn, two axes": Case(
+        FULL_TURN: TiltCase(_ONCE_AROUND),
+        "full turn, fast": TiltCase(Turn(theta=Tilting(turn_deg=360.0), moving_s=4.0)),
+        "full turn, slow": TiltCase(Turn(theta=Tilting(turn_deg=360.0), moving_s=30.0)),
+        "full turn, shaken": TiltCase(_ONCE_AROUND, Installation(accelerometer_noise=5.0)),
+        "full turn, poor gyroscope": TiltCase(_ONCE_AROUND, Installation(gyroscope_noise=10.0)),
+        "full turn, biased gyroscope": TiltCase(
+            _ONCE_AROUND, Installation(gyroscope_bias_deg_s=1.0)
+        ),
+        "full turn, two axes": TiltCase(
             Turn(Tilting(swing_deg=45.0, swings=1.0), Tilting(turn_deg=360.0)),
             weighed_by="direction",
         ),
-        "swing, one axis": Case(Turn(theta=_SWING)),
-        TWO_AXES: Case(Turn(Tilting(swing_deg=45.0, phase=0.25), _SWING), weighed_by="direction"),
-        "swing, leaning": Case(Turn(Tilting(start_deg=30.0), _SWING), weighed_by="direction"),
-        "rest": Case(
+        "swing, one axis": TiltCase(Turn(theta=_SWING)),
+        TWO_AXES: TiltCase(
+            Turn(Tilting(swing_deg=45.0, phase=0.25), _SWING), weighed_by="direction"
+        ),
+        "swing, leaning": TiltCase(Turn(Tilting(start_deg=30.0), _SWING), weighed_by="direction"),
+        "rest": TiltCase(
             Turn(Tilting(start_deg=20.0), Tilting(start_deg=30.0)), weighed_by="direction"
         ),
     }

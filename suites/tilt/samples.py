@@ -20,7 +20,7 @@ from models.errors import InputError
 from models.random_streams import Seed, seed_sequence
 from models.simulation import sample_times, simulate_readings, states_along, union_of_times
 from models.turntable import TurntableConfig, load_turntable, turntable_model
-from suites.tilt.cases import CASES, Case, Installation
+from suites.tilt.cases import CASES, Installation, TiltCase
 from suites.tilt.turns import gravity_direction
 
 SENSORS = ("accel", "gyro")
@@ -59,7 +59,7 @@ def tilt_tracker() -> TurntableConfig:
     return load_turntable(Path(str(resources.files("models") / "turntables" / "tilt_tracker.toml")))
 
 
-def case_named(name: str) -> Case:
+def case_named(name: str) -> TiltCase:
     """Return a case of the table; raises `InputError` for an unknown one."""
     if name not in CASES:
         raise InputError(f"case {name} is unknown, expected one of {', '.join(CASES)}")
@@ -83,7 +83,7 @@ def _louder(tracker: TurntableConfig, sensor: str, factor: float) -> dict[str, A
     return {key: factor * told[key] for key in told if key.startswith("noise_density")}
 
 
-def simulate_samples(case: Case, seed: Seed) -> TiltSamples:
+def simulate_samples(case: TiltCase, seed: Seed) -> TiltSamples:
     """Turn the carrier and read its sensors: simulated, converted to counts and back."""
     # The bias is one of the installation, not one more draw.
     without_bias = Installation(

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from suites.speed.contender import CONVERGED, ONE_PASS, Entry, Outcome
+from suites.speed.contender import CONVERGED, ONE_PASS, Entry, RaceOutcome
 from suites.speed.contenders import WINDOW_CONTENDERS
 from suites.speed.osqp_contender import TUNED_BOUNDED, Osqp
 from suites.speed.problems import Problem
@@ -161,5 +161,5 @@ def test_one_bounded_pass_is_one_quadratic_program(problem: Problem, interpreted
 
 
 def _newest(racer: Racer[SpeedWindow], i: int) -> np.ndarray:
-    outcome: Outcome = racer.outcomes[i]
+    outcome: RaceOutcome = racer.outcomes[i]
     return outcome.newest

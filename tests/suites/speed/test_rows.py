@@ -11,7 +11,7 @@ import pytest
 
 from models.gaussian import GaussianState
 from models.turntable import paper_turntable, turntable_model
-from suites.speed.contender import ONE_PASS, Entry, Outcome
+from suites.speed.contender import ONE_PASS, Entry, RaceOutcome
 from suites.speed.contenders import (
     REUSE_CONTENDERS,
     WINDOW_CONTENDERS,
@@ -45,7 +45,7 @@ def test_a_row_summarises_a_racer() -> None:
         # θ lies beyond the wrap: -3.1 + … is as near to 3.1 as 2π allows.
         newest = reference.mean + np.array([0, away - 2 * np.pi, 0, 0])
         racer.times_s.append(time_s)
-        racer.outcomes.append(Outcome(time_s < 5, newest))
+        racer.outcomes.append(RaceOutcome(time_s < 5, newest))
     free = Problem("pen15", 20, 3)
     made = row(racer, free, model, [reference] * 3, lambda i, _: Quality(float(i), 0.1 * i))
     assert (made.median_s, made.max_s, made.cost, made.build_s) == (2.0, 9.0, 1.0, 0.5)

@@ -10,7 +10,7 @@ import pytest
 
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
-from suites.speed.contender import ContenderAbsentError, Entry, Outcome, peer
+from suites.speed.contender import ContenderAbsentError, Entry, RaceOutcome, peer
 from suites.speed.runner import MOST_REPEATS, TURN_S, built, race
 
 PREPARING = 10
@@ -35,8 +35,8 @@ class Recorder:
         time.sleep(self.nap_s)
         return self.time_s
 
-    def outcome(self) -> Outcome:
-        return Outcome(1.0, np.array([float(self.item)]))
+    def outcome(self) -> RaceOutcome:
+        return RaceOutcome(1.0, np.array([float(self.item)]))
 
 
 @pytest.fixture(scope="module")

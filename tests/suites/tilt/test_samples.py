@@ -5,7 +5,7 @@ import pytest
 
 from models.errors import InputError
 from models.turntable import turntable_model
-from suites.tilt.cases import CASES, FULL_TURN, Case, Installation
+from suites.tilt.cases import CASES, FULL_TURN, Installation, TiltCase
 from suites.tilt.samples import (
     CONVERSION,
     SENSORS,
@@ -30,7 +30,7 @@ def test_samples_come_through_the_converter() -> None:
     "installation", [Installation(), Installation(5.0, 1.0), Installation(1.0, 10.0)]
 )
 def test_noise_is_what_the_models_are_told(installation: Installation) -> None:
-    case = Case(REST.turn, installation)
+    case = TiltCase(REST.turn, installation)
     samples = simulate_samples(case, 1)
     model = turntable_model(installed(installation), SENSORS)
     gravity = tilt_tracker().gravity_m_s2
@@ -44,7 +44,7 @@ def test_noise_is_what_the_models_are_told(installation: Installation) -> None:
 
 
 def test_a_bias_is_one_of_the_installation() -> None:
-    biased = Case(REST.turn, Installation(gyroscope_bias_deg_s=1.0))
+    biased = TiltCase(REST.turn, Installation(gyroscope_bias_deg_s=1.0))
     for seed in (0, 1):
         plain, moved = simulate_samples(REST, seed), simulate_samples(biased, seed)
         np.testing.assert_array_equal(plain.counts, moved.counts)
