@@ -8,7 +8,7 @@ export OPENBLAS_NUM_THREADS = 1
 # Seeds of the benchmark: SEEDS=20 is the full one.
 SEEDS ?= 5
 
-.PHONY: benchmark test test-all lint format clean
+.PHONY: benchmark test test-all test-wheel lint format clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -23,6 +23,14 @@ test: $(STAMP)
 
 test-all: $(STAMP)
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+# The wheel in an environment of its own, away from the checkout: make test-wheel PYTHON=python3.13
+test-wheel:
+	rm -rf build/wheel
+	$(PYTHON) -m venv build/wheel/venv
+	build/wheel/venv/bin/python -m pip wheel --quiet --no-deps --wheel-dir build/wheel .
+	build/wheel/venv/bin/python -m pip install --quiet --constraint constraints.txt build/wheel/*.whl
+	cd build/wheel && venv/bin/python -I ../../tests/wheel_program.py && venv/bin/pen-mhe --version
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
