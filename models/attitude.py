@@ -1,0 +1,108 @@
+"""Attitudes as modified Rodrigues parameters: three numbers without a singularity.
+
+σ stands for the unit quaternion q(σ) = (1 - σ·σ, 2σ) / (1 + σ·σ), body to world; q and -q are
+the same attitude, and the one with |σ| ≤ 1 is kept (the other is its shadow), so
+
+    σ₁ ⊗ σ₂ = ((1 - s₁) σ₂ + (1 - s₂) σ₁ + 2 σ₁ × σ₂) / (1 + s₁ s₂ - 2 σ₁·σ₂),   s = σ·σ
+    R(σ) = I + (4 (1 - s) [σ]× + 8 [σ]×²) / (1 + s)²
+    σ̇ = ¼ ((1 - s) ω + 2 σ × ω + 2 σ (σ·ω)),   ω in the body
+
+Small turns: Exp(δ) turns by a rotation vector; a tangent vector d is the attitude d/4, which is
+the same to second order, and rational.
+
+References
+----------
+Schaub, Junkins (1996), Stereographic orientation parameters for attitude dynamics, J.
+Astronautical Sciences 44(1).
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from models.rotation import cross_matrix
+
+SMALL_TURN_SQUARED = 1e-4
+"""Squared rotation vector below which tan(θ/4)/θ is its power series, rad²."""
+
+
+def body_to_world(sigma: ca.SX) -> ca.SX:
+    """Return R (3, 3), which turns body coordinates into world coordinates."""
+    s, skew = ca.sumsqr(sigma), cross_matrix(sigma)
+    return ca.SX.eye(3) + (4 * (1 - s) * skew + 8 * (skew @ skew)) / (1 + s) ** 2
+
+
+def product(first: ca.SX, second: ca.SX) -> ca.SX:
+    """Return σ₁ ⊗ σ₂, the attitude R(σ₁) R(σ₂), with |σ| ≤ 1."""
+    s1, s2, dot = ca.sumsqr(first), ca.sumsqr(second), ca.dot(first, second)
+    turned = (1 - s1) * second + (1 - s2) * first + 2 * ca.cross(first, second)
+    is_shadow = (1 - s1) * (1 - s2) - 4 * dot < 0
+    return turned / ca.if_else(is_shadow, -(s1 + s2 + 2 * dot), 1 + s1 * s2 - 2 * dot)
+
+
+def exponential(turn: ca.SX) -> ca.SX:
+    """Return σ of a rotation vector (rad): tan(θ/4) along its axis."""
+    squared = ca.sumsqr(turn)
+    is_small = squared < SMALL_TURN_SQUARED
+    angle = ca.sqrt(ca.if_else(is_small, 1.0, squared))
+    series = 1 / 4 + squared * (1 / 192 + squared * (1 / 7680))
+    return turn * ca.if_else(is_small, series, ca.tan(angle / 4) / angle)
+
+
+def retract(sigma: ca.SX, d: ca.SX) -> ca.SX:
+    """Return the attitude that is a tangent vector (rad, body axes) away."""
+    return product(sigma, d / 4)
+
+
+def difference(to: ca.SX, of: ca.SX) -> ca.SX:
+    """Return the tangent vector from one attitude to another; at most 4 long (half a turn)."""
+    return 4 * product(-of, to)
+
+
+def rate(sigma: ca.SX, body_rate: ca.SX) -> ca.SX:
+    """Return σ̇ of a body rate (rad/s)."""
+    s = ca.sumsqr(sigma)
+    turned = (1 - s) * body_rate + 2 * ca.cross(sigma, body_rate)
+    return (turned + 2 * sigma * ca.dot(sigma, body_rate)) / 4
+
+
+def quaternion(sigma: ca.SX) -> ca.SX:
+    """Return (w, x, y, z) (4,), body to world, w ≥ 0."""
+    s = ca.sumsqr(sigma)
+    return ca.vertcat(1 - s, 2 * sigma) / (1 + s)
+
+
+def pen_angles(sigma: ca.SX) -> ca.SX:
+    """Return azimuth, elevation and spin (3,), rad, of a pen; see `models.rotation.world_to_body`.
+
+    Upright, azimuth and spin are not told apart.
+    """
+    R = body_to_world(sigma)
+    axis = R[:, 2]  # (cosθ cosφ, cosθ sinφ, sinθ)
+    level = ca.sqrt(axis[0] ** 2 + axis[1] ** 2)
+    # The last row of R is that of B's last column: (-cosθ cosψ, cosθ sinψ, sinθ).
+    return ca.vertcat(
+        ca.atan2(axis[1], axis[0]), ca.atan2(axis[2], level), ca.atan2(R[2, 1], -R[2, 0])
+    )
+
+
+def from_matrix(R: ca.SX) -> ca.SX:
+    """Return σ of a rotation matrix, body to world, |σ| ≤ 1; exact for every attitude.
+
+    By the largest of the four components of its quaternion.
+    """
+    xx, yy, zz = R[0, 0], R[1, 1], R[2, 2]
+    squares = (1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz)
+    rows = (
+        (squares[0], R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]),
+        (R[2, 1] - R[1, 2], squares[1], R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]),
+        (R[0, 2] - R[2, 0], R[0, 1] + R[1, 0], squares[2], R[1, 2] + R[2, 1]),
+        (R[1, 0] - R[0, 1], R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], squares[3]),
+    )
+    q, largest = ca.vertcat(*rows[0]), squares[0]
+    for row, square in zip(rows[1:], squares[1:], strict=True):
+        q = ca.if_else(square > largest, ca.vertcat(*row), q)
+        largest = ca.fmax(largest, square)
+    q = q / ca.norm_2(q)
+    q = ca.if_else(q[0] < 0, -q, q)
+    return q[1:] / (1 + q[0])
