@@ -188,15 +188,15 @@ def pen_model(
 def _centre(sensors: Iterable[Any]) -> Array | None:
     """Return the centre (3,) of the writing area, None without one."""
     for sensor in sensors:
-        if isinstance(sensor, WritingArea):
-            return np.array(sensor.centre_m)
+        if sensor.place_m is not None:
+            return np.array(sensor.place_m)
     return None
 
 
 def _writing_area(config: PenConfig) -> dict[str, Any]:
     """Return the pen's writing area by name, or one around its prior tip where it has none."""
     for name, sensor in config.sensors.items():
-        if isinstance(sensor, WritingArea):
+        if sensor.place_m is not None:
             return {name: sensor}
     name = "area"
     while name in config.sensors:

@@ -32,7 +32,6 @@ import casadi as ca
 
 from models.kinematics import RigidBody
 from models.rotation import world_to_body
-from models.sensor_kinds.inertial import Accelerometer
 from models.sensor_kinds.mounted import IDENTITY
 
 PrintedError = Literal["E2", "E3", "E4"]
@@ -198,7 +197,7 @@ def check_printed_pen(
             "expected degrees_of_freedom = 5 and fixed_spin_rad = 0, the printed pen does not spin"
         )
     for name, sensor in sensors.items() if errors else ():
-        if isinstance(sensor, Accelerometer) and (
+        if sensor.feels_gravity and (
             any(sensor.position_m[:2]) or sensor.sensor_to_body != IDENTITY
         ):
             raise ValueError(

@@ -90,7 +90,7 @@ def estimate_recording(
         if not duration_s > 0:
             raise InputError(f"duration is {duration_s:g} s, expected a positive time")
         recorded = recorded.first(duration_s)
-    cameras = [s for s in model.sensors if s.kind == "pose_camera"]
+    cameras = [s for s in model.sensors if s.sees_pose]
     used = recorded if thinning is None else thinned(model, recorded, thinning)
     on_progress = on_start(len(used.time_s)) if on_start else None
     history = run(create_estimator(estimator, model, settings), used, on_progress=on_progress)

@@ -57,7 +57,7 @@ def thinned(model: StateSpaceModel, recorded: Recording, thinning: CameraThinnin
         If there is not exactly one camera, it ran at another rate than its pen file says,
         or rate or phase do not fit that.
     """
-    cameras = [sensor for sensor in model.sensors if sensor.kind == "pose_camera"]
+    cameras = [sensor for sensor in model.sensors if sensor.sees_pose]
     if len(cameras) != 1:
         raise InputError("camera rate given, expected exactly one pose_camera among the sensors")
     check_recorded_rate(cameras[0], recorded)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from estimation.recording import Recording
 from models.errors import InputError
 from models.pen import PenConfig
-from models.sensor_kinds.contact import Contact
-from models.sensor_kinds.pose_camera import PoseCamera
 from recordings.formats.dpoint import read_dpoint
 from recordings.ink import Ink, ink_points_mm
 
@@ -24,8 +23,8 @@ class WrittenRecording:
 
 def load_dpoint(folder: Path, pen: PenConfig) -> WrittenRecording:
     """Read a D-POINT folder with the camera delay and pressure threshold of a pen."""
-    cameras = [s for s in pen.sensors.values() if isinstance(s, PoseCamera)]
-    contacts = [s for s in pen.sensors.values() if isinstance(s, Contact)]
+    cameras: list[Any] = [s for s in pen.sensors.values() if s.sees_pose]
+    contacts: list[Any] = [s for s in pen.sensors.values() if s.reads_touch]
     if len(cameras) != 1 or len(contacts) != 1:
         raise InputError(
             f"pen {pen.name}: expected one pose_camera and one contact to read a D-POINT folder "

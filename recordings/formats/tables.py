@@ -27,7 +27,6 @@ from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig
-from models.sensor_kinds.table import reading_axes
 from recordings.formats.columns import (
     TIME,
     TRUTH_PREFIX,
@@ -187,7 +186,7 @@ def recording_from_table(
     time_s = increasing_times(values[TIME], found[TIME], where)
     readings = {}
     for sensor, config in pen.sensors.items():
-        axes = [f"{sensor}_{axis}" for axis, _ in reading_axes(config)]
+        axes = [f"{sensor}_{axis}" for axis, _ in config.reading_axes]
         missing = [axis for axis in axes if axis not in found]
         if len(missing) == len(axes):
             continue
@@ -214,7 +213,7 @@ def recording_to_table(recording: Recording, pen: PenConfig) -> pd.DataFrame:
     """Return a recording as a table with units in its headers, truth included."""
     columns: dict[str, Array] = {"time_s": recording.time_s}
     for sensor, values in recording.readings.items():
-        for i, (axis, unit) in enumerate(reading_axes(pen.sensors[sensor])):
+        for i, (axis, unit) in enumerate(pen.sensors[sensor].reading_axes):
             columns[f"{sensor}_{axis}_{unit}"] = values[:, i]
     if recording.truth is not None:
         # The truth may be given at more instants than the readings.

@@ -194,7 +194,7 @@ def _lossy(
         if rng.random() < kind.sensor_loss:
             first, last = np.sort(rng.integers(0, n + 1, 2))
             y[first:last, columns] = np.nan
-        if sensor.kind == "pose_camera":
+        if sensor.sees_pose:
             there = np.flatnonzero(np.isfinite(y[:, columns]).any(axis=1))
             y[np.setdiff1d(there, there[::every]), columns] = np.nan
     return [Measurement(m.time_s, row) for m, row in zip(measurements, y, strict=True)]

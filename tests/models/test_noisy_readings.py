@@ -12,7 +12,8 @@ from scipy.stats import binom, chi2
 from models.motions import sample_motion
 from models.noisy_readings import noisy_readings
 from models.pen import pen_model
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_model import SensorModel
 from models.simulation import sample_times, simulate_readings, true_states

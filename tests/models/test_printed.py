@@ -15,7 +15,8 @@ from models.pen import pen_model
 from models.pen_file import parse_pen
 from models.printed import ACCELEROMETER_SIGNS, GYROSCOPE_SIGNS, PRINTED_ERRORS, PrintedBody
 from models.rotation import world_to_body
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, CAMERA, GYROSCOPE, Array, call, matrix, random_state

@@ -12,7 +12,8 @@ from models.errors import InputError
 from models.motions import sample_motion
 from models.pen import pen_model
 from models.random_streams import seed_sequence, stream
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_kinds.writing_area import WritingArea
 from models.simulation import (
