@@ -1,0 +1,134 @@
+"""A pen that turns freely: attitude without a singularity, and rates of its body.
+
+    x = (p, σ, v, ω, a, α, biases)
+
+p is the tip, σ the attitude (`models.attitude`), v and a the tip's velocity and acceleration in
+the world, ω and α the body's rate and its derivative in body axes. Tip and attitude are moved by
+chains (`models.chains`), isotropic, so that no direction is told from another:
+
+    (p, v, a)⁺ = (F_p ⊗ I) (p, v, a) + (G_p ⊗ I) w
+    R⁺ = R Exp(F_α,12 ω + F_α,13 α + first row of (G_α ⊗ I) w),   (ω, α)⁺ = the chain's other rows
+
+A constant error of the attitude costs no noise and shows in no rate: a gyroscope alone tells
+nothing of tilt or heading, as it should. (White jerk on Euler angles makes it an inclinometer.)
+
+In the tangent space the tip's v and a turn with the attitude,
+
+    retract(x, d): R⁺ = R Exp(d_θ), W = R⁺ Rᵀ, v⁺ = W v + d_v, a⁺ = W a + d_a, else added
+
+so that what an accelerometer reads of a does not depend on d_θ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from models import attitude
+from models.chains import Chain
+from models.rotation import cross_matrix
+
+TIP, SIGMA, V, OMEGA, A, ALPHA = (slice(3 * i, 3 * i + 3) for i in range(6))
+N_FREE = 18
+
+STATES: tuple[tuple[str, str], ...] = tuple(
+    (pattern.format(axis), unit)
+    for pattern, unit in (
+        ("tip_{}_m", "m"),
+        ("attitude_{}", "1"),
+        ("tip_{}_velocity_m_s", "m/s"),
+        ("body_rate_{}_rad_s", "rad/s"),
+        ("tip_{}_acceleration_m_s2", "m/s²"),
+        ("body_acceleration_{}_rad_s2", "rad/s²"),
+    )
+    for axis in "xyz"
+)
+"""(name, unit) of every state but biases."""
+
+
+@dataclass(frozen=True)
+class FreeBody:
+    """A rigid body in symbols of x (18,); implements `models.kinematics.Body`."""
+
+    x: ca.SX
+
+    @property
+    def tip(self) -> ca.SX:
+        """World position (3,), m."""
+        return self.x[TIP]
+
+    @property
+    def world_to_body(self) -> ca.SX:
+        """B (3, 3)."""
+        return attitude.body_to_world(self.x[SIGMA]).T
+
+    def point(self, mounting: ca.SX) -> ca.SX:
+        """Return the world position (3,) of a point given in body coordinates, m."""
+        return self.tip + self.world_to_body.T @ mounting
+
+    def specific_force(self, mounting: ca.SX, gravity: float) -> ca.SX:
+        """Return B (a + g e_z) + ([α]× + [ω]×²) d (3,), m/s², in body axes.
+
+        The second derivative of `point` with dR/dt = R [ω]×.
+        """
+        turning = cross_matrix(self.x[OMEGA])
+        lever = cross_matrix(self.x[ALPHA]) + turning @ turning
+        return self.world_to_body @ (self.x[A] + ca.vertcat(0, 0, gravity)) + lever @ mounting
+
+    def body_rate(self) -> ca.SX:
+        """Return ω (3,), rad/s: a state, so that a gyroscope says nothing of the attitude."""
+        return self.x[OMEGA]
+
+
+def step(x: ca.SX, w: ca.SX, dt: ca.SX, tip: Chain, turning: Chain) -> ca.SX:
+    """Return the 18 states after `dt` seconds with unit noises w (18,)."""
+    F, G = tip.transition(dt), tip.factor(dt)
+    moved = [
+        sum((F[i, j] * x[part] for j, part in enumerate((TIP, V, A))), ca.SX.zeros(3))
+        + sum((G[i, j] * w[part] for j, part in enumerate((TIP, V, A))), ca.SX.zeros(3))
+        for i in range(3)
+    ]
+    F, G = turning.transition(dt), turning.factor(dt)
+    omega, alpha = x[OMEGA], x[ALPHA]
+    noises = [w[SIGMA], w[OMEGA], w[ALPHA]]
+    turn, rate, acceleration = (
+        F[i, 1] * omega
+        + F[i, 2] * alpha
+        + sum((G[i, j] * noise for j, noise in enumerate(noises)), ca.SX.zeros(3))
+        for i in range(3)
+    )
+    sigma = attitude.product(x[SIGMA], attitude.exponential(turn))
+    return ca.vertcat(moved[0], sigma, moved[1], rate, moved[2], acceleration)
+
+
+def retract(x: ca.SX, d: ca.SX) -> ca.SX:
+    """Return the states (18,) that a tangent vector (18,) is away."""
+    sigma = attitude.retract(x[SIGMA], d[SIGMA])
+    W = _turn(sigma, x[SIGMA])
+    return ca.vertcat(
+        x[TIP] + d[TIP],
+        sigma,
+        W @ x[V] + d[V],
+        x[OMEGA] + d[OMEGA],
+        W @ x[A] + d[A],
+        x[ALPHA] + d[ALPHA],
+    )
+
+
+def difference(to: ca.SX, of: ca.SX) -> ca.SX:
+    """Return the tangent vector (18,) from one to another."""
+    W = _turn(to[SIGMA], of[SIGMA])
+    return ca.vertcat(
+        to[TIP] - of[TIP],
+        attitude.difference(to[SIGMA], of[SIGMA]),
+        to[V] - W @ of[V],
+        to[OMEGA] - of[OMEGA],
+        to[A] - W @ of[A],
+        to[ALPHA] - of[ALPHA],
+    )
+
+
+def _turn(to: ca.SX, of: ca.SX) -> ca.SX:
+    """Return W = R(to) R(of)ᵀ."""
+    return attitude.body_to_world(to) @ attitude.body_to_world(of).T
