@@ -43,8 +43,9 @@ PRODUCT = function(attitude.product, 3, 3)
 EXPONENTIAL = function(attitude.exponential, 3)
 RETRACT, DIFFERENCE = function(attitude.retract, 3, 3), function(attitude.difference, 3, 3)
 RATE, ANGLES = function(attitude.rate, 3, 3), function(attitude.pen_angles, 3)
-QUATERNION, FROM_MATRIX = function(attitude.quaternion, 3), ca.Function(
-    "of", [M := ca.SX.sym("M", 3, 3)], [attitude.from_matrix(M)]
+QUATERNION, FROM_MATRIX = (
+    function(attitude.quaternion, 3),
+    ca.Function("of", [M := ca.SX.sym("M", 3, 3)], [attitude.from_matrix(M)]),
 )
 
 

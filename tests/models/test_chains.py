@@ -5,7 +5,6 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
-from scipy.integrate import quad_vec
 from scipy.linalg import expm
 
 from models.arrays import Array
@@ -17,7 +16,7 @@ CHAINS = {
     "bounded velocity, slow": bounded_velocity(2.0, 5.0),
     "Matérn": matern(0.3, 0.1),
 }
-STEPS = (1e-9, 1e-4, 1 / 119, 0.01, 0.0499, 0.0999, 0.1, 0.11, 0.3, 1.0, 7.0, 60.0)
+STEPS = (1e-9, 1e-4, 1 / 119, 0.01, 0.0499, 0.0999, 0.1, 0.11, 0.3, 1.0, 7.0)
 
 
 def of_step(chain: Chain, dt: float) -> tuple[Array, Array]:
@@ -42,11 +41,13 @@ def integral(chain: Chain, dt: float) -> Array:
     # diag(1/D) exp(A s) e3 = exp(A' s) e3 with A' = diag(1/D) A diag(D): no small numbers.
     scaled = A * dt * D[None, :] / D[:, None]
 
-    def integrand(u: float) -> Array:
-        phi = expm(scaled * u)[:, 2]
-        return np.outer(phi, phi)
-
-    found, _ = quad_vec(integrand, 0, 1, epsabs=1e-16, epsrel=1e-14, limit=500)
+    panels = max(1, round(chain.rate * dt))
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    found = np.zeros((3, 3))
+    for panel in range(panels):
+        for u, weight in zip((nodes + 1) / 2 + panel, weights / 2, strict=True):
+            phi = expm(scaled * (u / panels))[:, 2]
+            found += weight / panels * np.outer(phi, phi)
     return chain.density**2 * dt * found
 
 
