@@ -58,7 +58,7 @@ def test_specific_force_is_the_second_derivative_of_the_place(
     points = np.array([place(k * h) for k in (-2, -1, 0, 1, 2)])
     acceleration = np.array([-1, 16, -30, 16, -1]) @ points / (12 * h**2)
     R = Rotation.from_mrp(state[SIGMA])
-    expected = R.inv().apply(acceleration + [0, 0, GRAVITY])
+    expected = R.inv().apply(acceleration + np.array([0.0, 0.0, GRAVITY]))
     found = value(body.specific_force(ca.SX(ca.DM(lever)), GRAVITY), state).ravel()
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
 
