@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ekf_baseline.ekf import Ekf
-from estimation.estimate import Estimate, EstimateHistory
+from estimation.collect import collected
+from estimation.estimate import Estimate
 from estimation.estimator import run, run_measurements
 from estimation.recording import Recording
 from estimation.status import Status
@@ -26,7 +27,7 @@ def recording(n: int = 12) -> Recording:
 
 def test_run_is_the_loop_of_steps() -> None:
     data, seen = recording(), []
-    history = run(Ekf(SYSTEM.model), data, seen.append)
+    history = run(Ekf(SYSTEM.model), data, seen.append, covariances=True)
     ekf = Ekf(SYSTEM.model)
     state = ekf.init()
     for k, measurement in enumerate(data.measurements(SYSTEM.model)):
@@ -43,7 +44,7 @@ def test_run_is_the_loop_of_steps() -> None:
 
 
 def test_table_has_the_states_their_deviations_and_the_status() -> None:
-    history = run(Ekf(SYSTEM.model), recording())
+    history = run(Ekf(SYSTEM.model), recording(), covariances=True)
     table = history.to_pandas()
     names = list(SYSTEM.model.state_names)
     assert list(table.columns) == [
@@ -74,13 +75,13 @@ def test_solved_fraction_counts_remarks_as_solved() -> None:
         Estimate(float(k), gaussian, status, np.zeros(2), np.eye(2))
         for k, status in enumerate(statuses)
     ]
-    history = EstimateHistory.collect("x", SYSTEM.model, estimates, [0.1] * 4)
+    history = collected("x", SYSTEM.model, estimates, [0.1] * 4)
     assert history.solved_fraction == 0.5
     assert history.std.shape == (4, 3)
 
 
 def test_a_stream_without_measurements_gives_an_empty_table() -> None:
-    history = run_measurements(Ekf(SYSTEM.model), [])
+    history = run_measurements(Ekf(SYSTEM.model), [], covariances=True)
     assert len(history) == len(history.to_pandas()) == 0
     assert history.mean.shape == (0, 3)
     assert history.covariance.shape == (0, 3, 3)
