@@ -27,7 +27,8 @@ from models.state_space import StateSpaceModel
 from recordings.simulate_pen import simulate_recording
 
 PEN = find_pen("reference")
-SENSORS = ("accel", "gyro", "camera")
+SENSORS = ("accel", "gyro")
+"""With a writing area: no camera says where the tip is."""
 MODEL = pen_model(PEN, SENSORS)
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Any]] = {
     "ekf": Ekf,
