@@ -5,13 +5,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from models.arrays import Array
 from models.errors import InputError
+from models.frozen_mapping import FrozenMapping
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 from models.units import TIME_DIGITS
@@ -79,6 +79,7 @@ class Recording:
     truth: Truth | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "readings", FrozenMapping(self.readings))
         if len(self.time_s) == 0:
             raise InputError(f"recording {self.name} is empty, expected at least one sample")
         if not np.isfinite(self.time_s).all():
@@ -142,7 +143,7 @@ class Recording:
             merged = np.full((len(time_s), values.shape[1]), np.nan)
             merged[np.searchsorted(time_s, times)] = values
             readings[sensor] = merged
-        return cls(name, time_s, MappingProxyType(readings), truth)
+        return cls(name, time_s, readings, truth)
 
     def sensor(self, name: str) -> tuple[Array, Array]:
         """Return (times, values) of one sensor where it has any reading."""

@@ -20,9 +20,12 @@ ICASSP.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from estimation import native
+from estimation.collect import Batches
 from estimation.estimate import Estimate, EstimateHistory, Window
 from estimation.recording import Measurement
 from estimation.result import ResultReader
@@ -61,6 +64,7 @@ class MheRti:
         engine = InterpretedWindow if native.compiler() is None else CompiledWindow
         self._engine = engine(model, self.config, memory, self.iterates, clock)
         self._reader = ResultReader(model)
+        self._batches = Batches(self.name, self._reader, memory, self._take)
         self._fallback = Fallback(model, self.config, memory, self._reader.layout)
         self._times, self._x = memory.slices["times"].start, memory.slices["x"].start
 
@@ -79,31 +83,40 @@ class MheRti:
         return WindowState(memory), self._reader.estimate(result, Window(times, states))
 
     def batch(
-        self, state: WindowState, time_s: Array, y: Array
+        self,
+        state: WindowState,
+        time_s: Array,
+        y: Array,
+        *,
+        covariances: bool = False,
+        on_progress: Callable[[int], None] | None = None,
     ) -> tuple[WindowState, EstimateHistory]:
-        """Take n measurements in one call; the same as n steps.
+        """Take n measurements in compiled calls; the same as n steps.
 
         Parameters
         ----------
         time_s, y : (n,), (n, n_y), as of `estimation.recording.Recording.stacked`
+        covariances, on_progress : see `estimation.estimator.run`
         """
-        memory, results = self._engine.batch(state.memory, time_s, y)
-        history = self._reader.history(self.name, results)
-        if any(self._fallback.is_needed(status) for status in history.status):
-            return self._batch_by_steps(state, time_s, y)
+        memory, history = self._batches.take(state.memory, time_s, y, covariances, on_progress)
         return WindowState(memory), history
 
-    def _batch_by_steps(
-        self, state: WindowState, time_s: Array, y: Array
-    ) -> tuple[WindowState, EstimateHistory]:
+    def _take(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
+        memory, results = self._engine.batch(given, time_s, y)
+        statuses = map(self._reader.status_of, results)
+        if any(self._fallback.is_needed(status) for status in statuses):
+            return self._take_by_steps(given, time_s, y)
+        return memory, results
+
+    def _take_by_steps(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Take measurements one by one: what one step falls back on, the next begins with."""
-        memory, results = state.memory, []
+        memory, results = given, []
         for t, readings in zip(time_s, y, strict=True):
             memory, result = self._engine.step(memory, float(t), readings)
             if self._fallback.is_needed(self._reader.status_of(result)):
                 memory, result = self._fallback.solve(memory, result)
             results.append(result)
-        return WindowState(memory), self._reader.history(self.name, np.array(results))
+        return memory, np.array(results)
 
     def solve(
         self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory

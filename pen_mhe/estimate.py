@@ -93,7 +93,12 @@ def estimate_recording(
     cameras = [s for s in model.sensors if s.kind == "pose_camera"]
     used = recorded if thinning is None else thinned(model, recorded, thinning)
     on_progress = on_start(len(used.time_s)) if on_start else None
-    history = run(create_estimator(estimator, model, settings), used, on_progress=on_progress)
+    history = run(
+        create_estimator(estimator, model, settings),
+        used,
+        on_progress=on_progress,
+        covariances=_has_nees(model, used),
+    )
     fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
     output = history.at(used.sensor(fastest)[0])
     return EstimateRun(
@@ -138,7 +143,12 @@ def _nees(
     model: StateSpaceModel, history: EstimateHistory, recording: Recording
 ) -> Consistency | None:
     truth = recording.truth
-    if truth is None or not set(model.state_names) <= set(truth.names):
+    if truth is None or not _has_nees(model, recording):
         return None
     squared = nees(model, history, truth.states(model.state_names, history.time_s))
     return None if np.isnan(squared).all() else consistency(squared, model.n_x)
+
+
+def _has_nees(model: StateSpaceModel, recording: Recording) -> bool:
+    """Whether the truth of every state is known."""
+    return recording.truth is not None and set(model.state_names) <= set(recording.truth.names)

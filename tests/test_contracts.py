@@ -80,9 +80,13 @@ def test_every_estimator_is_in_the_registry(room: str) -> None:
 @pytest.mark.parametrize("name", MODELS)
 def test_history_and_determinism(name: str, estimator: str) -> None:
     steps = measurements(name)
-    first = run_measurements(create_estimator(estimator, MODELS[name], QUICK), steps)
+    first = run_measurements(
+        create_estimator(estimator, MODELS[name], QUICK), steps, covariances=True
+    )
     check_history(MODELS[name], first, len(steps))
-    again = run_measurements(create_estimator(estimator, MODELS[name], QUICK), steps)
+    again = run_measurements(
+        create_estimator(estimator, MODELS[name], QUICK), steps, covariances=True
+    )
     np.testing.assert_array_equal(first.mean, again.mean)
     np.testing.assert_array_equal(first.covariance, again.covariance)
 
@@ -101,7 +105,9 @@ def test_every_arrival_cost(arrival_cost: str) -> None:
     name = "pen6 accel+gyro+camera"
     settings = EstimatorSettings(mhe=MheConfig(horizon=5, arrival_cost=arrival_cost))
     steps = measurements(name)
-    history = run_measurements(create_estimator("mhe-ipopt", MODELS[name], settings), steps)
+    history = run_measurements(
+        create_estimator("mhe-ipopt", MODELS[name], settings), steps, covariances=True
+    )
     check_history(MODELS[name], history, len(steps))
     assert history.solved_fraction == 1.0
 
@@ -112,8 +118,10 @@ def test_a_prior_of_ones_own_is_the_model_with_that_prior(estimator: str) -> Non
     model, some = MODELS[name], measurements(name)[:8]
     told = GaussianState(model.prior.mean + 0.1, 0.25 * model.prior.covariance)
     with_it = create_estimator(estimator, model.replace(prior=told), QUICK)
-    expected = run_measurements(with_it, some)
-    found = run_measurements(create_estimator(estimator, model, QUICK), some, prior=told)
+    expected = run_measurements(with_it, some, covariances=True)
+    found = run_measurements(
+        create_estimator(estimator, model, QUICK), some, prior=told, covariances=True
+    )
     # The scaling of a solver may follow the model's own prior.
     np.testing.assert_allclose(found.mean, expected.mean, rtol=0, atol=1e-7)
     np.testing.assert_allclose(found.covariance, expected.covariance, rtol=1e-6, atol=1e-12)

@@ -207,7 +207,7 @@ def recording_from_table(
     if states:
         names = tuple(state.removeprefix(TRUTH_PREFIX) for state in states)
         truth = Truth(time_s, names, np.column_stack([values[state] for state in states]))
-    return Recording(name, time_s, MappingProxyType(readings), truth)
+    return Recording(name, time_s, readings, truth)
 
 
 def recording_to_table(recording: Recording, pen: PenConfig) -> pd.DataFrame:

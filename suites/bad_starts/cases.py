@@ -15,6 +15,7 @@ import numpy as np
 
 from estimation.recording import Recording
 from models.errors import InputError
+from models.frozen_mapping import FrozenMapping
 from models.gentle_hand import BY_SPEED
 from models.minimum_jerk import MinimumJerk
 from models.motions import motion_named
@@ -195,7 +196,7 @@ def case_pen(case: BadStart) -> PenConfig:
             "degrees_of_freedom": case.degrees_of_freedom,
             "prior": Prior.model_validate({**prior, **knowledge.prior}),
             "process_noise": ProcessNoise.model_validate({**noise, **knowledge.process_noise}),
-            "sensors": MappingProxyType(sensors),
+            "sensors": FrozenMapping(sensors),
         }
     )
 

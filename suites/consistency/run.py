@@ -147,7 +147,7 @@ def run_case(
         else:
             recording = simulate_recording(pen, sensors, case.motion, case.duration_s, seed)
         assert recording.truth is not None
-        history = run(built, recording)
+        history = run(built, recording, covariances=True)
         states = recording.truth.states(model.state_names, history.time_s)
         squared, rows = nis(history, model.measured_rows)
         mean_nees.append(nees(model, history, states).mean())

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -50,7 +49,7 @@ class TiltSamples:
     def recording(self, gravity_m_s2: float) -> Recording:
         """Return the same samples for an estimator with a model; no truth."""
         readings = {"accel": gravity_m_s2 * self.acceleration_g, "gyro": self.rates}
-        return Recording("tilt tracker", self.time_s, MappingProxyType(readings))
+        return Recording("tilt tracker", self.time_s, readings)
 
 
 @cache

@@ -9,8 +9,8 @@ import pytest
 
 from ekf_baseline.ekf import Ekf
 from estimation.consistency import PROBABILITY, consistency, nees, nis
-from estimation.estimate import EstimateHistory
 from estimation.estimator import run_measurements
+from estimation.history import Covariances, EstimateHistory
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheConfig
@@ -72,7 +72,7 @@ def test_a_kalman_filter_is_consistent() -> None:
     error_means, newest, innovations, freedoms = [], [], [], []
     for seed in range(n_runs):
         run = draw(SYSTEM, 25, seed)
-        history = run_measurements(ekf, run.measurements)
+        history = run_measurements(ekf, run.measurements, covariances=True)
         squared = nees(SYSTEM.model, history, run.states)
         error_means.append(squared.mean())
         newest.append(squared[-1])
@@ -99,13 +99,13 @@ def test_an_mhe_is_consistent() -> None:
     newest, innovations, freedoms = [], [], []
     for seed in range(100, 140):
         run = draw(SYSTEM, 6, seed)
-        history = run_measurements(mhe, run.measurements)
+        history = run_measurements(mhe, run.measurements, covariances=True)
         squared, freedom = nis(history)
         of_errors = nees(SYSTEM.model, history, run.states)
         newest.append(of_errors[-1])
         innovations.append(squared)
         freedoms.append(freedom)
-        filtered = run_measurements(ekf, run.measurements)
+        filtered = run_measurements(ekf, run.measurements, covariances=True)
         of_filter = nees(SYSTEM.model, filtered, run.states)
         np.testing.assert_allclose(of_errors, of_filter, rtol=1e-6, atol=1e-9)
         np.testing.assert_allclose(squared, nis(filtered)[0], rtol=1e-6, atol=1e-9)
@@ -120,7 +120,7 @@ def test_a_wrong_noise_level_is_found(factor: float, too_sure: bool) -> None:
     newest, innovations, freedoms = [], [], []
     for seed in range(200, 230):
         run = draw(SYSTEM, 40, seed, missing=0.0)
-        history = run_measurements(ekf, run.measurements)
+        history = run_measurements(ekf, run.measurements, covariances=True)
         newest.append(nees(model, history, run.states)[-1])
         squared, freedom = nis(history)
         innovations.append(squared)
@@ -136,7 +136,7 @@ def test_a_wrong_noise_level_is_found(factor: float, too_sure: bool) -> None:
 def test_squared_distances_are_the_textbooks() -> None:
     """Of errors and of innovations, whatever rows are missing; NaN and 0 where all are."""
     run = draw(SYSTEM, 40, 7, missing=0.5)
-    history = run_measurements(Ekf(SYSTEM.model), run.measurements)
+    history = run_measurements(Ekf(SYSTEM.model), run.measurements, covariances=True)
     squared, freedom = nis(history)
     of_errors = nees(SYSTEM.model, history, run.states)
     assert set(freedom) == {0, 1, 2, 3}
@@ -158,9 +158,11 @@ def history_of(mean: Array, covariance: Array, names: tuple[str, ...]) -> Estima
         state_names=names,
         time_s=np.linspace(0.0, 1.0, n),
         mean=mean,
-        covariance=covariance,
+        std=np.full_like(mean, np.nan),
         innovation=nothing,
-        innovation_covariance=nothing[:, :, None],
+        innovation_std=nothing,
+        squared_innovations=nothing,
+        covariances=Covariances(covariance, nothing[:, :, None]),
         status=(Status.SOLVED,) * n,
         iterations=np.ones(n),
         step_time_s=np.zeros(n),
@@ -210,7 +212,7 @@ def test_a_covariance_that_is_none_is_infinitely_inconsistent() -> None:
 
 def test_unknown_truth_does_not_count() -> None:
     run = draw(SYSTEM, 20, 3)
-    history = run_measurements(Ekf(SYSTEM.model), run.measurements)
+    history = run_measurements(Ekf(SYSTEM.model), run.measurements, covariances=True)
     all_known = nees(SYSTEM.model, history, run.states)
     states = run.states.copy()
     states[4, 2] = states[11] = np.nan
@@ -225,7 +227,7 @@ def test_unknown_truth_does_not_count() -> None:
 
 def test_bad_input_is_refused() -> None:
     run = draw(SYSTEM, 5, 1)
-    history = run_measurements(Ekf(SYSTEM.model), run.measurements)
+    history = run_measurements(Ekf(SYSTEM.model), run.measurements, covariances=True)
     sentence = r"true states have shape \(4, 4\), expected \(5, 4\): one per estimate"
     with pytest.raises(InputError, match=sentence):
         nees(SYSTEM.model, history, run.states[:4])

@@ -61,7 +61,7 @@ def follow(name: str, n_parts: int) -> None:
         warm = resident_bytes()
         live_state, estimate = stepped(live, live_state, time_s, y)
         grown.append(resident_bytes() - warm)
-        batch_state, history = batch.batch(batch_state, time_s, y)
+        batch_state, history = batch.batch(batch_state, time_s, y, covariances=True)
         assert_end(history, estimate)
         assert all(status.is_solved for status in history.status)
         del history

@@ -126,7 +126,7 @@ def test_every_estimator_is_the_kalman_filter(recording: Recording, name: str) -
     """Instants of one sensor alone and of both; all in standard deviations."""
     model = cart_model()
     settings = EstimatorSettings(mhe=MheConfig(horizon=7))
-    history = run(create_estimator(name, model, settings), recording)
+    history = run(create_estimator(name, model, settings), recording, covariances=True)
     assert set(history.status) == {Status.SOLVED}
     readings = [measurement.y for measurement in recording.measurements(model)]
     prior = model.prior.mean, model.prior.covariance

@@ -100,7 +100,9 @@ def passage(
 ) -> Passage:
     model = pen_model(pen, sensors)
     recording = simulate_recording(pen, sensors, motion, end_s, seed=0)
-    return Passage(model, run(create_estimator(name, model, SETTINGS), recording), recording)
+    return Passage(
+        model, run(create_estimator(name, model, SETTINGS), recording, covariances=True), recording
+    )
 
 
 @cache
