@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any, TypeVar
 
@@ -31,10 +31,10 @@ def checked_config(estimator: str, config: ConfigT | None, expected: type[Config
         return config
     given, own = type(config), setting_names(expected)
     unread = [name for name in getattr(given, "__dataclass_fields__", ()) if name not in own]
-    why = f", whose {_listed(unread, 'and')} it does not read" if unread else ""
+    why = f", whose {_listed(unread)} it does not read" if unread else ""
     raise InputError(
         f"estimator {estimator} is given {given.__name__}{why}; expected {expected.__name__} "
-        f"of {_listed(own, 'and')}"
+        f"of {_listed(own)}"
     )
 
 
@@ -59,35 +59,39 @@ def check_settings(
     configs: Mapping[str, type[Any]],
     names: Iterable[str],
     *,
-    spelled: Callable[[str], str] = "setting {}".format,
+    kind: str = "setting",
+    spelled: Callable[[str], str] = str,
 ) -> None:
-    """Raise `InputError` for the first setting that an estimator does not read.
+    """Raise `InputError` where an estimator does not read a setting.
 
     Parameters
     ----------
     configs : see `config_of`
-    spelled : how a person writes a setting, e.g. as the option of a command
+    kind, spelled : what a setting is to whoever wrote it, and how it is written there
     """
     own = setting_names(configs[estimator])
-    for name in names:
-        if name in own:
-            continue
-        expected = [spelled(each).removeprefix("setting ") for each in own]
-        sentence = (
-            f"{spelled(name)} is not read by {estimator}, "
-            f"expected {'one of ' if len(own) > 1 else ''}{', '.join(expected)}"
-        )
-        readers = [other for other, kind in configs.items() if name in setting_names(kind)]
-        near = difflib.get_close_matches(name, own, n=1)
-        if readers:
-            verb = "read" if len(readers) > 1 else "reads"
-            sentence += f"; {_listed(readers, 'and')} {verb} it"
-        elif near:
-            sentence += f"; did you mean {near[0]}?"
-        raise InputError(sentence)
+    unread = [name for name in names if name not in own]
+    if not unread:
+        return
+    many = len(unread) > 1
+    readers = [
+        other for other, config in configs.items() if set(unread) <= set(setting_names(config))
+    ]
+    near = [] if readers else difflib.get_close_matches(unread[0], own, n=1)
+    raise InputError(
+        f"{kind}{'s' if many else ''} {_listed(map(spelled, unread))} {'are' if many else 'is'} "
+        f"not read by {estimator}, "
+        f"expected {'one of ' if len(own) > 1 else ''}{', '.join(map(spelled, own))}"
+        + (f"; {_listed(readers)} {_verb(readers)} {'them' if many else 'it'}" if readers else "")
+        + (f"; did you mean {spelled(near[0])}?" if near else "")
+    )
 
 
-def _listed(names: Iterable[str], word: str) -> str:
+def _verb(readers: Sequence[str]) -> str:
+    return "read" if len(readers) > 1 else "reads"
+
+
+def _listed(names: Iterable[str]) -> str:
     """Return ``a, b and c``."""
     *first, last = names
-    return f"{', '.join(first)} {word} {last}" if first else last
+    return f"{', '.join(first)} and {last}" if first else last
