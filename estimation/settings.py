@@ -81,7 +81,7 @@ def check_settings(
     raise InputError(
         f"{kind}{'s' if many else ''} {_listed(map(spelled, unread))} {'are' if many else 'is'} "
         f"not read by {estimator}, "
-        f"expected {'one of ' if len(own) > 1 else ''}{', '.join(map(spelled, own))}"
+        f"expected {'one of ' if len(own) > 1 else ''}{', '.join(map(spelled, own)) or 'none'}"
         + (f"; {_listed(readers)} {_verb(readers)} {'them' if many else 'it'}" if readers else "")
         + (f"; did you mean {spelled(near[0])}?" if near else "")
     )
@@ -93,5 +93,5 @@ def _verb(readers: Sequence[str]) -> str:
 
 def _listed(names: Iterable[str]) -> str:
     """Return ``a, b and c``."""
-    *first, last = names
+    *first, last = tuple(names) or ("nothing",)
     return f"{', '.join(first)} and {last}" if first else last
