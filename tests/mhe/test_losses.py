@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from estimation.recording import Measurement
-from mhe.config import MheConfig, MheIpoptConfig
+from mhe.config import MheConfig
 from mhe.realtime import Mhe
 from mhe.trajectory import Trajectory
 from models.arrays import Array
@@ -84,8 +84,8 @@ def test_the_optimum_is_that_of_the_loss(name: str) -> None:
     wanted = optimum(measurements, settings)
     std = linear_batch(SYSTEM, measurements).solve().std
     assert 1 <= wanted.beyond.sum() < len(wanted.beyond) - 5
-    config = MheIpoptConfig(horizon=full_length(measurements), **settings)
     for estimator in CONVERGING:
+        config = config_for(estimator, horizon=full_length(measurements), **settings)
         estimate = run_mhe(SYSTEM.model, measurements, config, estimator)[-1]
         assert estimate.window is not None
         assert estimate.status.is_solved
