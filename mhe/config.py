@@ -109,7 +109,13 @@ class ConvergedConfig(WindowConfig):
 
 @dataclass(frozen=True, kw_only=True)
 class MheConfig(ConvergedConfig):
-    """Settings of ``mhe``: those of `WindowConfig` and `ConvergedConfig`."""
+    """Settings of ``mhe``.
+
+    Parameters
+    ----------
+    horizon, arrival_cost, huber, sparse_noise, deadline_s : see `WindowConfig`
+    tolerance, max_iterations : see `ConvergedConfig`
+    """
 
     @property
     def scheme(self) -> Scheme:
@@ -119,10 +125,11 @@ class MheConfig(ConvergedConfig):
 
 @dataclass(frozen=True, kw_only=True)
 class MheRtiConfig(WindowConfig):
-    """Settings of ``mhe-rti``: those of `WindowConfig`, and which stages a pass leaves out.
+    """Settings of ``mhe-rti``.
 
     Parameters
     ----------
+    horizon, arrival_cost, huber, sparse_noise, deadline_s : see `WindowConfig`
     reuse_threshold : in standard deviations: a stage whose estimate is so near
         to where it was linearised keeps its factors when the window slides, as long as all
         older ones do, and is not smoothed again until later readings move it by half of
@@ -151,10 +158,12 @@ RealTimeConfig = MheConfig | MheRtiConfig
 
 @dataclass(frozen=True, kw_only=True)
 class MheIpoptConfig(ConvergedConfig):
-    """Settings of ``mhe-ipopt``: those of `WindowConfig` and `ConvergedConfig`, and its Hessian.
+    """Settings of ``mhe-ipopt``.
 
     Parameters
     ----------
+    horizon, arrival_cost, huber, sparse_noise, deadline_s : see `WindowConfig`
+    tolerance, max_iterations : see `ConvergedConfig`
     hessian : ``gauss-newton`` or ``exact``. The exact Hessian of a window
         is often indefinite far from the optimum, and IPOPT then may leave for another one
         (on the D-POINT recording it did, into an upright pen); Gauss-Newton always

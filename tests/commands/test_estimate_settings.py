@@ -57,12 +57,8 @@ def estimate(recording: Path, estimator: str, options: list[str]) -> tuple[int, 
     """Return exit code and standard error of ``pen-mhe estimate``."""
     output = recording.with_name("o.csv")
     output.unlink(missing_ok=True)
-    result = runner.invoke(
-        app,
-        ["estimate", str(recording), "--pen", "reference", "--output", str(output)]
-        + f"--estimator {estimator}".split()
-        + options,
-    )
+    given = f"--pen reference --output {output} --estimator {estimator}".split()
+    result = runner.invoke(app, ["estimate", str(recording), *given, *options])
     assert output.exists() == (result.exit_code == 0)
     return result.exit_code, result.stderr
 
