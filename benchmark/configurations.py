@@ -13,9 +13,9 @@ from models.pen import pen_model
 from models.pen_file import find_pen
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
-from pen_mhe.estimators import LEAST_SQUARES
+from pen_mhe.estimators import ESTIMATORS
 
-BENCHMARK_ESTIMATORS = tuple(name for name in LEAST_SQUARES if name != "mhe-ipopt")
+BENCHMARK_ESTIMATORS = tuple(name for name, row in ESTIMATORS.items() if row.in_benchmark)
 """The estimators of the benchmark; ``mhe`` ends in ``mhe-ipopt``'s optimum (`pen-mhe optimum`)."""
 
 

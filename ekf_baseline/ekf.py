@@ -19,13 +19,14 @@ from estimation.kalman_stage import stage_functions
 from estimation.layout import Layout
 from estimation.recording import Measurement
 from estimation.result import Engine, ResultReader
+from estimation.settings import checked_config
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EkfConfig:
     """Settings of the EKF.
 
@@ -68,7 +69,7 @@ class Ekf:
 
     def __init__(self, model: StateSpaceModel, config: EkfConfig | None = None) -> None:
         self.model = model
-        self.config = config or EkfConfig()
+        self.config = checked_config(self.name, config, EkfConfig)
         self._engine: Engine = (
             InterpretedFilter(model, filter_memory(model), _gate(model, self.config))
             if native.compiler() is None

@@ -29,8 +29,9 @@ from estimation.collect import Batches
 from estimation.estimate import Estimate, EstimateHistory, Window
 from estimation.recording import Measurement
 from estimation.result import ResultReader
+from estimation.settings import checked_config
 from mhe.compiled.loop import CompiledWindow
-from mhe.config import Clock, MheConfig
+from mhe.config import Clock, MheConfig, MheRtiConfig, RealTimeConfig
 from mhe.interpreted.loop import InterpretedWindow
 from mhe.sparse_qp.fallback import Fallback
 from mhe.trajectory import Trajectory, WindowSolution
@@ -41,28 +42,23 @@ from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 
-class MheRti:
-    """Real-time iteration: one Gauss-Newton pass per sample.
+class WindowLoop:
+    """What both estimators are made of: slide, solve, fall back, read the result.
 
     Parameters
     ----------
-    clock : of `MheConfig.deadline_s`; the machine's own by default
+    name : of the estimator whose loop it is
+    config : its settings; their scheme says which passes are made
+    clock : of `WindowConfig.deadline_s`; None is the machine's own
     """
 
-    name = "mhe-rti"
-    iterates = False
-
     def __init__(
-        self,
-        model: StateSpaceModel,
-        config: MheConfig | None = None,
-        clock: Clock | None = None,
+        self, name: str, model: StateSpaceModel, config: RealTimeConfig, clock: Clock | None
     ) -> None:
-        self.model = model
-        self.config = config or MheConfig()
+        self.name, self.model, self.config = name, model, config
         memory = window_memory(model, self.config.horizon + 1)
         engine = InterpretedWindow if native.compiler() is None else CompiledWindow
-        self._engine = engine(model, self.config, memory, self.iterates, clock)
+        self._engine = engine(model, self.config, memory, clock)
         self._reader = ResultReader(model)
         self._batches = Batches(self.name, self._reader, memory, self._take)
         self._fallback = Fallback(model, self.config, memory, self._reader.layout)
@@ -146,8 +142,89 @@ class MheRti:
         return WindowSolution(found, estimate.state, cost, estimate.status, estimate.iterations)
 
 
-class Mhe(MheRti):
-    """Passes to convergence, with a line search."""
+class MheRti:
+    """Real-time iteration: one Gauss-Newton pass per sample.
+
+    Parameters
+    ----------
+    clock : of `MheRtiConfig.deadline_s`; the machine's own by default
+    """
+
+    name = "mhe-rti"
+
+    def __init__(
+        self,
+        model: StateSpaceModel,
+        config: MheRtiConfig | None = None,
+        *,
+        clock: Clock | None = None,
+    ) -> None:
+        self.model, self.config = model, checked_config(self.name, config, MheRtiConfig)
+        self._loop = WindowLoop(self.name, model, self.config, clock)
+
+    def init(self, prior: GaussianState | None = None) -> WindowState:
+        """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
+        return self._loop.init(prior)
+
+    def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
+        """Slide the window onto the measurement and make one pass."""
+        return self._loop.step(state, measurement)
+
+    def batch(
+        self,
+        state: WindowState,
+        time_s: Array,
+        y: Array,
+        *,
+        covariances: bool = False,
+        on_progress: Callable[[int], None] | None = None,
+    ) -> tuple[WindowState, EstimateHistory]:
+        """Take n measurements in compiled calls; see `WindowLoop.batch`."""
+        return self._loop.batch(state, time_s, y, covariances=covariances, on_progress=on_progress)
+
+
+class Mhe:
+    """Passes to convergence, with a line search.
+
+    Parameters
+    ----------
+    clock : of `MheConfig.deadline_s`; the machine's own by default
+    """
 
     name = "mhe"
-    iterates = True
+
+    def __init__(
+        self,
+        model: StateSpaceModel,
+        config: MheConfig | None = None,
+        *,
+        clock: Clock | None = None,
+    ) -> None:
+        self.model, self.config = model, checked_config(self.name, config, MheConfig)
+        self._loop = WindowLoop(self.name, model, self.config, clock)
+
+    def init(self, prior: GaussianState | None = None) -> WindowState:
+        """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
+        return self._loop.init(prior)
+
+    def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
+        """Slide the window onto the measurement and solve it."""
+        return self._loop.step(state, measurement)
+
+    def batch(
+        self,
+        state: WindowState,
+        time_s: Array,
+        y: Array,
+        *,
+        covariances: bool = False,
+        on_progress: Callable[[int], None] | None = None,
+    ) -> tuple[WindowState, EstimateHistory]:
+        """Take n measurements in compiled calls; see `WindowLoop.batch`."""
+        return self._loop.batch(state, time_s, y, covariances=covariances, on_progress=on_progress)
+
+    def solve(
+        self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
+    ) -> WindowSolution:
+        """Solve one window of at most N + 1 stages from a given start; see `WindowLoop.solve`."""
+        return self._loop.solve(prior, measurements, guess)

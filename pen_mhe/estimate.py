@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from models.errors import InputError
 from models.pen import PenConfig, pen_model
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, seen_only, state_errors
-from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.estimators import DEFAULT_ESTIMATOR, create_estimator
 from pen_mhe.observe import judge
 from recordings.ink import InkMatch, ink_match
 from recordings.thinning import CameraThinning, LeftOutError, left_out_error, thinned
@@ -59,9 +60,10 @@ def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
 def estimate_recording(
     loaded: WrittenRecording,
     pen: PenConfig,
-    estimator: str,
+    *,
+    estimator: str = DEFAULT_ESTIMATOR,
+    settings: Mapping[str, Any] | None = None,
     sensors: Sequence[str] | None = None,
-    settings: EstimatorSettings | None = None,
     thinning: CameraThinning | None = None,
     duration_s: float | None = None,
     on_start: Callable[[int], Callable[[int], None]] | None = None,
@@ -71,6 +73,8 @@ def estimate_recording(
 
     Parameters
     ----------
+    estimator : one of `pen_mhe.estimators.ESTIMATORS`
+    settings : that it reads, by name; see `pen_mhe.estimators.create_estimator`
     sensors : names from the pen file; None takes all that the recording has
     thinning : use fewer camera frames
     duration_s : use only the first seconds
@@ -93,12 +97,8 @@ def estimate_recording(
     cameras = [s for s in model.sensors if s.kind == "pose_camera"]
     used = recorded if thinning is None else thinned(model, recorded, thinning)
     on_progress = on_start(len(used.time_s)) if on_start else None
-    history = run(
-        create_estimator(estimator, model, settings),
-        used,
-        on_progress=on_progress,
-        covariances=_has_nees(model, used),
-    )
+    built = create_estimator(estimator, model, **(settings or {}))
+    history = run(built, used, on_progress=on_progress, covariances=_has_nees(model, used))
     fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
     output = history.at(used.sensor(fastest)[0])
     return EstimateRun(

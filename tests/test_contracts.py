@@ -6,30 +6,35 @@ import importlib
 import inspect
 import pkgutil
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmark.configurations import contract_models
-from estimation.estimator import run_measurements
+from estimation.estimator import Estimator, run_measurements
 from estimation.recording import Measurement, Recording
 from mhe.arrival_cost import ARRIVAL_COSTS
-from mhe.config import MheConfig
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.pen import pen_model
 from models.pen_file import bundled_pens, find_pen
+from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable
-from pen_mhe.estimators import ESTIMATORS, EstimatorSettings, create_estimator
+from pen_mhe.estimators import ESTIMATORS, create_estimator, settings_read
 from recordings.simulate_pen import simulate_recording
 from recordings.simulate_turntable import simulate_table
 from tests.contracts import check_failures, check_history, check_inputs_unchanged, check_model
 
 DURATION_S = 0.25
 MODELS = contract_models()
-QUICK = EstimatorSettings(mhe=MheConfig(horizon=5))
+QUICK = {"horizon": 5}
 
 pytestmark = pytest.mark.usefixtures("interpreted")
+
+
+def quick(estimator: str, model: StateSpaceModel) -> Estimator[Any]:
+    return create_estimator(estimator, model, **settings_read(estimator, QUICK))
 
 
 @cache
@@ -80,13 +85,9 @@ def test_every_estimator_is_in_the_registry(room: str) -> None:
 @pytest.mark.parametrize("name", MODELS)
 def test_history_and_determinism(name: str, estimator: str) -> None:
     steps = measurements(name)
-    first = run_measurements(
-        create_estimator(estimator, MODELS[name], QUICK), steps, covariances=True
-    )
+    first = run_measurements(quick(estimator, MODELS[name]), steps, covariances=True)
     check_history(MODELS[name], first, len(steps))
-    again = run_measurements(
-        create_estimator(estimator, MODELS[name], QUICK), steps, covariances=True
-    )
+    again = run_measurements(quick(estimator, MODELS[name]), steps, covariances=True)
     np.testing.assert_array_equal(first.mean, again.mean)
     np.testing.assert_array_equal(first.covariance, again.covariance)
 
@@ -94,7 +95,7 @@ def test_history_and_determinism(name: str, estimator: str) -> None:
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("name", MODELS)
 def test_inputs_unchanged_and_failures(name: str, estimator: str) -> None:
-    built = create_estimator(estimator, MODELS[name], QUICK)
+    built = quick(estimator, MODELS[name])
     steps = measurements(name)[:8]
     check_inputs_unchanged(built, steps)
     check_failures(built, steps)
@@ -103,11 +104,9 @@ def test_inputs_unchanged_and_failures(name: str, estimator: str) -> None:
 @pytest.mark.parametrize("arrival_cost", ARRIVAL_COSTS)
 def test_every_arrival_cost(arrival_cost: str) -> None:
     name = "pen6 accel+gyro+camera"
-    settings = EstimatorSettings(mhe=MheConfig(horizon=5, arrival_cost=arrival_cost))
     steps = measurements(name)
-    history = run_measurements(
-        create_estimator("mhe-ipopt", MODELS[name], settings), steps, covariances=True
-    )
+    built = create_estimator("mhe-ipopt", MODELS[name], horizon=5, arrival_cost=arrival_cost)
+    history = run_measurements(built, steps, covariances=True)
     check_history(MODELS[name], history, len(steps))
     assert history.solved_fraction == 1.0
 
@@ -117,11 +116,9 @@ def test_a_prior_of_ones_own_is_the_model_with_that_prior(estimator: str) -> Non
     name = "turntable accel+gyro"
     model, some = MODELS[name], measurements(name)[:8]
     told = GaussianState(model.prior.mean + 0.1, 0.25 * model.prior.covariance)
-    with_it = create_estimator(estimator, model.replace(prior=told), QUICK)
+    with_it = quick(estimator, model.replace(prior=told, covariances=True))
     expected = run_measurements(with_it, some, covariances=True)
-    found = run_measurements(
-        create_estimator(estimator, model, QUICK), some, prior=told, covariances=True
-    )
+    found = run_measurements(quick(estimator, model), some, prior=told, covariances=True)
     # The scaling of a solver may follow the model's own prior.
     np.testing.assert_allclose(found.mean, expected.mean, rtol=0, atol=1e-7)
     np.testing.assert_allclose(found.covariance, expected.covariance, rtol=1e-6, atol=1e-12)
@@ -129,6 +126,6 @@ def test_a_prior_of_ones_own_is_the_model_with_that_prior(estimator: str) -> Non
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_a_prior_of_another_size_is_refused(estimator: str) -> None:
-    system = create_estimator(estimator, MODELS["turntable accel"], QUICK)
+    system = quick(estimator, MODELS["turntable accel"])
     with pytest.raises(InputError, match=r"have shapes \(2,\) and \(2, 2\), expected \(4,\)"):
         system.init(GaussianState(np.zeros(2), np.eye(2)))

@@ -17,11 +17,10 @@ import numpy as np
 import pytest
 
 from estimation.estimator import run
-from mhe.config import MheConfig
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors
-from pen_mhe.estimators import LEAST_SQUARES, EstimatorSettings, create_estimator
+from pen_mhe.estimators import LEAST_SQUARES, create_estimator, settings_read
 from recordings.simulate_pen import simulate_model
 from tests.references import casadi_arrival, kalman
 
@@ -110,8 +109,8 @@ def test_the_examples_model_is_casadis(model: StateSpaceModel) -> None:
 def test_every_estimator_is_the_kalman_filter(names: dict[str, Any], name: str) -> None:
     """With windows as in CasADi's example; differences in standard deviations."""
     model, recording = names["model"], names["recording"].first(5.0)
-    settings = EstimatorSettings(mhe=MheConfig(horizon=N_NODES - 1))
-    history = run(create_estimator(name, model, settings), recording)
+    settings = {"horizon": N_NODES - 1}
+    history = run(create_estimator(name, model, **settings_read(name, settings)), recording)
     means, stds = filtered(model, recording.sensor("ruler")[1])
     assert np.abs((history.mean - means) / stds).max() < 1e-9
     assert np.abs(history.std / stds - 1).max() < 1e-9

@@ -16,7 +16,7 @@ from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
 from mhe import constraint_rows
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide
-from mhe.config import Clock, MheConfig
+from mhe.config import Clock, RealTimeConfig
 from mhe.interpreted.deadline import Deadline
 from mhe.interpreted.descent import LinearisedOptimum, descend
 from mhe.interpreted.window_pass import Pass, WindowPass
@@ -54,22 +54,20 @@ class InterpretedWindow:
     Parameters
     ----------
     memory : see `mhe.window_memory.window_memory`
-    iterates : passes to convergence, or one pass a sample
     clock : for deadlines; None is the machine's own
     """
 
     def __init__(
         self,
         model: StateSpaceModel,
-        config: MheConfig,
+        config: RealTimeConfig,
         memory: Layout,
-        iterates: bool,
         clock: Clock | None = None,
     ) -> None:
         self.memory, self.result = memory, result_layout(model)
-        self._model, self._config, self._iterates = model, config, iterates
+        self._model, self._config, self._scheme = model, config, config.scheme
         self._pass = WindowPass(model, config)
-        self._reuse = 0.0 if iterates else reuse_threshold(model, config)
+        self._reuse = reuse_threshold(model, config)
         self._deadline = Deadline(config.deadline_s, clock or time.perf_counter)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
@@ -117,7 +115,7 @@ class InterpretedWindow:
         if not has_time:
             state, solved = self._only_predict(old, window)
         else:
-            solved = self._converge(window) if self._iterates else self._one_pass(window)
+            solved = self._converge(window) if self._scheme.converges else self._one_pass(window)
             state = GaussianState(window.x[-1], solved.covariance)
         status = solved.status
         if has_time and stays > near:
@@ -257,12 +255,12 @@ class InterpretedWindow:
         if not np.isfinite(point.readings):
             found = self._pass.run(window, point.d, point.scales)
             return Solved(found.newest, found.covariances[-1], Status.NOT_FINITE, 1)
-        end = descend(point, point.z, point.cost, self._config)
+        end = descend(point, point.z, point.cost, self._scheme)
         for _ in range(MOST_TURNS):
             if end.status is not Status.SOLVED or not point.is_wound:
                 break
             again = _WindowPoint(self._pass, window, self._deadline)
-            end = descend(again, again.z, again.cost, self._config, end.iterations)
+            end = descend(again, again.z, again.cost, self._scheme, end.iterations)
             point = again
         assert point.found is not None
         found = point.found

@@ -10,7 +10,7 @@ from estimation.function_call import FunctionCall
 from estimation.kalman_stage import KalmanStage, Prediction, Update
 from estimation.status import Status
 from mhe import constraint_rows
-from mhe.config import MheConfig
+from mhe.config import WindowConfig
 from mhe.interpreted.active_set import ActiveSet, Held
 from mhe.rules import most_active
 from mhe.stage_functions import spread_function, window_functions
@@ -73,7 +73,7 @@ class Pass(Smoothed):
 class WindowPass:
     """Cost, pass and roll-out on a window's views; the equations of mhe/*.c."""
 
-    def __init__(self, model: StateSpaceModel, config: MheConfig) -> None:
+    def __init__(self, model: StateSpaceModel, config: WindowConfig) -> None:
         self.stage = KalmanStage(model)
         functions = window_functions(model, *self.stage.functions)
         functions = [*functions, spread_function(model)]

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from estimation.estimator import run
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig, Prior, ProcessNoise, pen_model
-from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.estimators import create_estimator
 from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
 
 
@@ -133,13 +134,13 @@ def run_case(
     case: ConsistencyCase,
     estimator: str,
     seeds: Iterable[int],
-    settings: EstimatorSettings | None = None,
+    settings: Mapping[str, Any] | None = None,
 ) -> ConsistencyRuns:
     """Run one estimator on the recordings of one case, one per seed."""
     pen = case_pen(pen, case)
     # A truth that is drawn knows of no writing area.
     model = pen_model(pen, sensors, writing_area=case.motion != DRAWN)
-    built = create_estimator(estimator, model, settings)
+    built = create_estimator(estimator, model, **(settings or {}))
     mean_nees, nis_per_row = [], []
     for seed in seeds:
         if case.motion == DRAWN:

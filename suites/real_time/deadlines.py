@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
 from estimation.status import Status
-from mhe.config import MheConfig
-from mhe.realtime import Mhe, MheRti
+from pen_mhe.estimators import create_estimator
 from suites.real_time.streams import Stream
 
 HORIZON = 20
-KINDS: Mapping[str, type[MheRti]] = MappingProxyType({"mhe-rti": MheRti, "mhe": Mhe})
+KINDS = ("mhe-rti", "mhe")
 SAMPLE_PERIOD_S = 0.01
 FACTORS = (2.0, 4.0)
 """Deadlines as multiples of the median step without one, beside the sample period."""
@@ -91,7 +89,7 @@ def _run(
     name: str, stream: Stream, deadline_s: float | None, count: int
 ) -> tuple[np.ndarray, list[Status]]:
     """Step through the stream, from its beginning again where it ends: call time and status."""
-    estimator = KINDS[name](stream.model, MheConfig(HORIZON, deadline_s=deadline_s))
+    estimator = create_estimator(name, stream.model, horizon=HORIZON, deadline_s=deadline_s)
     measurements = list(stream.recording.measurements(stream.model))
     took_s, statuses = np.zeros(count), []
     state = estimator.init()

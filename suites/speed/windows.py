@@ -26,7 +26,7 @@ from scipy.linalg import solve_triangular
 from estimation.kalman_stage import KalmanStage, rows_present, without_gaps
 from estimation.recording import Measurement
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide
-from mhe.config import MheConfig
+from mhe.config import MheIpoptConfig, WindowConfig
 from mhe.reference.ipopt import MheIpopt
 from mhe.trajectory import Trajectory, WindowSolution
 from models.arrays import Array
@@ -121,7 +121,7 @@ def solved_windows(
     """
     model, n_stages = problem.model, problem.horizon + 1
     stage = KalmanStage(model)
-    reference = MheIpopt(model, MheConfig(horizon=problem.horizon, tolerance=TOLERANCE))
+    reference = MheIpopt(model, MheIpoptConfig(horizon=problem.horizon, tolerance=TOLERANCE))
     first = SETTLED + STRIDE * np.arange(count)
     measurements = recorded(problem, model, int(first[-1]) + n_stages)
     priors, means = _filtered(stage, measurements)
@@ -195,7 +195,7 @@ def _carried(
     rows = rows_present(stage.model, dropped.y).astype(float)
     unread = trajectory.states[1]  # x_k|k-1 of that stage: another arrival cost wants it
     slide = Slide(prior, dropped, first, trajectory, unread, rows, np.ones(stage.model.n_w))
-    return ARRIVAL_COSTS[MheConfig().arrival_cost](stage, slide)
+    return ARRIVAL_COSTS[WindowConfig().arrival_cost](stage, slide)
 
 
 def _newest_std(

@@ -15,10 +15,11 @@ from benchmark.tasks.task import Quantity
 from classical_baseline.fixed_weight import FixedWeightConfig
 from classical_baseline.weight_search import Ended
 from estimation.estimator import Estimator, run
+from mhe.config import WindowConfig
 from models.arrays import Array
 from models.replaced_prior import replaced_prior
 from models.turntable import turntable_model
-from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.estimators import create_estimator
 from suites.tilt.cases import FULL_TURN
 from suites.tilt.operations import ekf_operations, mhe_operations, operations
 from suites.tilt.recursion import raw_function, recursion_function, run_compiled, run_raw_compiled
@@ -116,7 +117,7 @@ def run_model(estimator: str, case: str, samples: TiltSamples) -> TiltRun:
         count: float = ekf_operations(model)
     else:
         passes = float(np.mean(history.iterations))
-        horizon = EstimatorSettings().mhe.horizon
+        horizon = WindowConfig().horizon
         count = mhe_operations(model, horizon, passes, searches=estimator == "mhe")
     return TiltRun(
         model.name,

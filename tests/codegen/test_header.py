@@ -16,7 +16,7 @@ from codegen.exportable import exportable
 from codegen.names import macros
 from estimation.result import result_layout
 from estimation.status import SENTENCES, Status
-from mhe.config import MheConfig
+from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
 from models.errors import InputError
 from models.pen import pen_model
@@ -98,8 +98,8 @@ def test_python_and_c_agree_on_the_estimate(real: str, c_type: type, tmp_path: P
 @pytest.mark.usefixtures("interpreted")
 @pytest.mark.parametrize("arrival_cost", ["filtered", "none"])
 def test_a_window_begins_as_in_python(arrival_cost: str) -> None:
-    config = MheConfig(horizon=3, arrival_cost=arrival_cost)
-    start = exportable("mhe-rti", PEN, config).start
+    start = exportable("mhe-rti", PEN, horizon=3, arrival_cost=arrival_cost).start
+    config = MheRtiConfig(horizon=3, arrival_cost=arrival_cost)
     np.testing.assert_array_equal(start, MheRti(PEN, config).init().memory)
 
 

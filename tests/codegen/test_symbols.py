@@ -10,7 +10,6 @@ import pytest
 from codegen.export import export_c
 from codegen.exportable import exportable
 from mhe.compiled.loop import FUNCTIONS_OF
-from mhe.config import MheConfig
 from models.state_space import StateSpaceModel
 from tests.codegen.exports import made
 from tests.codegen.toolchains import CORTEX, HOST, TOOLCHAINS, Toolchain, compile_strictly, symbols
@@ -88,7 +87,7 @@ def test_only_what_is_used_is_in_it(
     parts: set[str],
     tmp_path: Path,
 ) -> None:
-    export = made("mhe-rti", model, config=MheConfig(horizon=2, **settings))  # type: ignore[arg-type]
+    export = made("mhe-rti", model, settings={"horizon": 2, **settings})
     compile_strictly(chain, export, tmp_path, ("-O0",))
     offered = symbols(chain, tmp_path, "pen_model.o", "-g")
     for part, functions in FUNCTIONS_OF.items():
@@ -98,7 +97,7 @@ def test_only_what_is_used_is_in_it(
 @pytest.mark.parametrize("chain", TOOLCHAINS)
 def test_a_clock_of_ones_own(chain: Toolchain, tmp_path: Path) -> None:
     """Its name is given; nothing else is needed of the machine."""
-    export = made("mhe-rti", PEN, "float", config=MheConfig(horizon=2, deadline_s=0.001))
+    export = made("mhe-rti", PEN, "float", settings={"horizon": 2, "deadline_s": 0.001})
     compile_strictly(chain, export, tmp_path, ("-Os", "-DPEN_MHE_CLOCK=my_seconds"))
     needed = symbols(chain, tmp_path, "pen.o", "-u")
     assert "my_seconds" in needed

@@ -13,7 +13,7 @@ from estimation.estimate import EstimateHistory
 from estimation.estimator import BatchEstimator, run, run_measurements
 from estimation.recording import Measurement, Recording
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -27,9 +27,11 @@ LOSSES: dict[str, Any] = {"huber": {"accel": 2.0}, "sparse_noise": 2.0}
 
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Any]] = {
     "ekf": Ekf,
-    "ekf with a gate": lambda model: Ekf(model, EkfConfig(0.99)),
-    "mhe-rti": lambda model: MheRti(model, MheConfig(horizon=4)),
-    "mhe-rti, smoothed": lambda model: MheRti(model, MheConfig(4, arrival_cost="smoothed")),
+    "ekf with a gate": lambda model: Ekf(model, EkfConfig(gate_probability=0.99)),
+    "mhe-rti": lambda model: MheRti(model, MheRtiConfig(horizon=4)),
+    "mhe-rti, smoothed": lambda model: MheRti(
+        model, MheRtiConfig(horizon=4, arrival_cost="smoothed")
+    ),
     "mhe": lambda model: Mhe(model, MheConfig(horizon=4)),
     "mhe with losses": lambda model: Mhe(model, MheConfig(horizon=4, **LOSSES)),
 }

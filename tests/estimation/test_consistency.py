@@ -13,7 +13,7 @@ from estimation.estimator import run_measurements
 from estimation.history import Covariances, EstimateHistory
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheIpoptConfig
 from mhe.reference.ipopt import MheIpopt
 from models.arrays import Array
 from models.errors import InputError
@@ -95,7 +95,7 @@ def test_a_kalman_filter_is_consistent() -> None:
 
 def test_an_mhe_is_consistent() -> None:
     """With a short horizon, too: on a linear model its statistics are the Kalman filter's."""
-    mhe, ekf = MheIpopt(SYSTEM.model, MheConfig(horizon=2)), Ekf(SYSTEM.model)
+    mhe, ekf = MheIpopt(SYSTEM.model, MheIpoptConfig(horizon=2)), Ekf(SYSTEM.model)
     newest, innovations, freedoms = [], [], []
     for seed in range(100, 140):
         run = draw(SYSTEM, 6, seed)

@@ -12,12 +12,11 @@ import pytest
 from estimation.estimator import run
 from estimation.recording import Recording
 from estimation.status import Status
-from mhe.config import MheConfig
 from models.arrays import Array
 from models.errors import InputError
 from models.own_model import OwnSensor, own_model
 from models.state_space import StateSpaceModel
-from pen_mhe.estimators import ESTIMATORS, LEAST_SQUARES, EstimatorSettings, create_estimator
+from pen_mhe.estimators import ESTIMATORS, LEAST_SQUARES, create_estimator, settings_read
 from recordings.simulate_pen import simulate_model
 from tests.references import kalman
 
@@ -125,8 +124,10 @@ def test_readings_are_the_truth_with_the_stated_noise() -> None:
 def test_every_estimator_is_the_kalman_filter(recording: Recording, name: str) -> None:
     """Instants of one sensor alone and of both; all in standard deviations."""
     model = cart_model()
-    settings = EstimatorSettings(mhe=MheConfig(horizon=7))
-    history = run(create_estimator(name, model, settings), recording, covariances=True)
+    settings = {"horizon": 7}
+    history = run(
+        create_estimator(name, model, **settings_read(name, settings)), recording, covariances=True
+    )
     assert set(history.status) == {Status.SOLVED}
     readings = [measurement.y for measurement in recording.measurements(model)]
     prior = model.prior.mean, model.prior.covariance
@@ -149,8 +150,8 @@ def test_a_model_without_noise_is_a_model(name: str) -> None:
     sensors = {"ruler": ruler()}
     model = own_model("constant", {"length_m": (0.0, 1.0)}, lambda x, w, dt: x, 0, sensors)
     recording = simulate_model(model, 1.0, seed=6)
-    settings = EstimatorSettings(mhe=MheConfig(horizon=3))
-    history = run(create_estimator(name, model, settings), recording)
+    settings = {"horizon": 3}
+    history = run(create_estimator(name, model, **settings_read(name, settings)), recording)
     assert recording.truth is not None
     assert np.ptp(recording.truth.values) == 0
     y, n = recording.sensor("ruler")[1][:, 0], 1 + np.arange(11)

@@ -29,8 +29,8 @@ def estimated(recording: Recording, writing_area: bool = True) -> EstimateRun:
     return estimate_recording(
         WrittenRecording(recording),
         find_pen("reference"),
-        "ekf",
-        SENSORS,
+        estimator="ekf",
+        sensors=SENSORS,
         writing_area=writing_area,
     )
 

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from benchmark.tasks.suite import Scope
-from mhe.config import MheConfig
 from models.errors import InputError
 from models.pen_file import find_pen
 from pen_mhe.estimate import EstimateRun, estimate_recording
-from pen_mhe.estimators import EstimatorSettings
+from pen_mhe.estimators import settings_read
 from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE, read_dpoint
 from recordings.read import load_recording
 from recordings.thinning import CameraThinning
@@ -32,11 +31,11 @@ def estimate(
     return estimate_recording(
         load_recording(folder, pen),
         pen,
-        estimator,
-        ("accel", "gyro", "camera"),
-        EstimatorSettings(mhe=MheConfig(horizon=HORIZON)),
-        CameraThinning(rate_hz, phase),
-        duration_s,
+        estimator=estimator,
+        sensors=("accel", "gyro", "camera"),
+        settings=settings_read(estimator, {"horizon": HORIZON}),
+        thinning=CameraThinning(rate_hz, phase),
+        duration_s=duration_s,
     )
 
 

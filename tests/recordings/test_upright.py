@@ -15,7 +15,6 @@ from estimation.estimate import EstimateHistory
 from estimation.estimator import run
 from estimation.recording import Recording
 from estimation.status import Status
-from mhe.config import MheConfig
 from models.arrays import Array
 from models.minimum_jerk import MinimumJerk
 from models.motions import MotionConfig, sample_motion
@@ -23,7 +22,7 @@ from models.pen import PenConfig, Prior, pen_model
 from models.pen_file import find_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors
-from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.estimators import create_estimator, settings_read
 from recordings.simulate_pen import simulate_recording
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -39,7 +38,7 @@ CAMERA_STD_DEG = 0.3
 ONCE_S, THERE_AND_BACK_S = 0.9, 2.4
 """The pen passes 90° at 0.7 s, at 112 °/s, and again at 1.7 s."""
 
-SETTINGS = EstimatorSettings(mhe=MheConfig(horizon=5))
+SETTINGS = {"horizon": 5}
 ENDS_S = {"ekf": THERE_AND_BACK_S, "mhe": ONCE_S}
 """Estimator → how long it follows the motion."""
 
@@ -101,7 +100,13 @@ def passage(
     model = pen_model(pen, sensors)
     recording = simulate_recording(pen, sensors, motion, end_s, seed=0)
     return Passage(
-        model, run(create_estimator(name, model, SETTINGS), recording, covariances=True), recording
+        model,
+        run(
+            create_estimator(name, model, **settings_read(name, SETTINGS)),
+            recording,
+            covariances=True,
+        ),
+        recording,
     )
 
 
