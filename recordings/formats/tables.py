@@ -31,12 +31,15 @@ from recordings.formats.columns import (
     TIME,
     TRUTH_PREFIX,
     check_units_given,
+    column_units,
     expected_for,
     increasing_times,
     numbers,
     recording_columns,
     spellings,
 )
+from recordings.plausible_units import check_units
+from recordings.written import WrittenRecording
 
 TABLE_SUFFIXES = (".csv", ".parquet")
 
@@ -53,7 +56,7 @@ def read_table(path: Path) -> pd.DataFrame:
     if path.suffix not in TABLE_SUFFIXES:
         raise InputError(
             f"{where}: suffix {path.suffix or '(none)'} is unknown, "
-            "expected .csv, .parquet or a D-POINT folder"
+            f"expected {', '.join(TABLE_SUFFIXES)}"
         )
     try:
         is_empty = path.stat().st_size == 0
@@ -139,6 +142,16 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
         table.to_csv(path, index=False)
     else:
         table.to_parquet(path, index=False)
+
+
+def load_table(
+    path: Path, pen: PenConfig, units: Mapping[str, str] | None = None
+) -> WrittenRecording:
+    """Read a recording from a table whose units make sense; see `recording_from_table`."""
+    table = read_table(path)
+    recording = recording_from_table(table, pen, str(path), units)
+    check_units(recording, pen, column_units(table.columns, pen, units))
+    return WrittenRecording(recording)
 
 
 def recording_from_table(

@@ -22,9 +22,10 @@ from models.errors import InputError
 from models.pen import PenConfig, pen_model
 from models.pen_file import find_pen
 from pen_mhe.estimators import create_estimator
+from recordings.formats.dpoint import load_dpoint
 from recordings.ink import ink_match
 from recordings.thinning import CameraThinning, left_out_error, thinned
-from recordings.written import WrittenRecording, load_dpoint
+from recordings.written import WrittenRecording
 
 PEN, FOLDER = "dpoint", "dpoint_pen"
 CAMERA_RATES_HZ = (30, 15, 10, 6, 5, 3)

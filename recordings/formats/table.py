@@ -1,0 +1,47 @@
+"""The formats of recordings, a row each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from models.pen import PenConfig
+from recordings.formats.dpoint import load_dpoint
+from recordings.formats.tables import load_table
+from recordings.written import WrittenRecording
+
+
+@dataclass(frozen=True)
+class RecordingFormat:
+    """A format.
+
+    Parameters
+    ----------
+    name : as in ``expected a D-POINT folder, .csv or .parquet``
+    recognises : whether a path that exists looks like it
+    read : takes path, pen, and sensor name → unit for what says none by itself
+    """
+
+    name: str
+    recognises: Callable[[Path], bool]
+    read: Callable[[Path, PenConfig, Mapping[str, str] | None], WrittenRecording]
+
+
+FORMATS: tuple[RecordingFormat, ...] = (
+    RecordingFormat("a D-POINT folder", Path.is_dir, load_dpoint),
+    RecordingFormat(".csv", lambda path: path.suffix == ".csv", load_table),
+    RecordingFormat(".parquet", lambda path: path.suffix == ".parquet", load_table),
+)
+"""A format exists with its row here; of several that recognise a path, the last reads it."""
+
+
+def format_names(formats: Iterable[RecordingFormat] = FORMATS) -> str:
+    """Return the names in a sentence: ``a D-POINT folder, .csv or .parquet``."""
+    *names, last = (row.name for row in formats)
+    return f"{', '.join(names)} or {last}"
+
+
+def format_of(path: Path) -> RecordingFormat | None:
+    """Return the format of a path that exists; None where none recognises it."""
+    return next((row for row in reversed(FORMATS) if row.recognises(path)), None)
