@@ -94,12 +94,3 @@ DIFFERENTIATORS: Mapping[str, Differentiator] = MappingProxyType(
     }
 )
 """Name → differentiator."""
-
-
-def differentiator_named(name: str) -> Differentiator:
-    """Return a differentiator of the table; raises `InputError` for an unknown one."""
-    if name not in DIFFERENTIATORS:
-        raise InputError(
-            f"differentiator {name} is unknown, expected one of {', '.join(DIFFERENTIATORS)}"
-        )
-    return DIFFERENTIATORS[name]

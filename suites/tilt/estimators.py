@@ -18,24 +18,23 @@ from estimation.estimator import Estimator, run
 from models.arrays import Array
 from models.replaced_prior import replaced_prior
 from models.turntable import turntable_model
-from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.estimators import create_estimator
 from suites.tilt.cases import FULL_TURN
-from suites.tilt.operations import ekf_operations, mhe_operations, operations
+from suites.tilt.operations import operations, operations_of_step, uncounted
 from suites.tilt.recursion import raw_function, recursion_function, run_compiled, run_raw_compiled
 from suites.tilt.samples import SENSORS, TiltSamples, case_named, installed
 from suites.tilt.turns import gravity_direction, tilts_of
 from suites.tilt.weights import fused, trained_weights
 
 ACCELEROMETER, CURVE = "accelerometer", "fixed-weight-curve"
+SEARCHED = "fixed-weight-searched"
 PUBLISHED = FixedWeightConfig()
 """w = 0.25."""
 
 FIXED_WEIGHT: Mapping[str, Callable[[str], FixedWeightConfig]] = MappingProxyType(
     {
         "fixed-weight": lambda case: PUBLISHED,
-        "fixed-weight-searched": lambda case: FixedWeightConfig(
-            trained_weights(case).searched.weight
-        ),
+        SEARCHED: lambda case: FixedWeightConfig(trained_weights(case).searched.weight),
         "fixed-weight-best": lambda case: FixedWeightConfig(trained_weights(case).best),
         "fixed-weight-carried": lambda case: FixedWeightConfig(trained_weights(FULL_TURN).best),
         "fixed-weight-printed": lambda case: FixedWeightConfig(
@@ -89,7 +88,7 @@ def run_fixed_weight(estimator: str, case: str, samples: TiltSamples) -> TiltRun
         _operations(operations(recursion_function())),
         Quantity.single("weight", "1", config.weight),
     ]
-    if estimator == "fixed-weight-searched":
+    if estimator == SEARCHED:
         ended = trained_weights(case).searched.ended
         figures += [
             Quantity.single(f"search ended, {name}", "1", float(ended is way))
@@ -112,18 +111,16 @@ def run_model(estimator: str, case: str, samples: TiltSamples) -> TiltRun:
     )
     recording = samples.recording(installed(case_named(case).installation).gravity_m_s2)
     history = run(chosen, recording, prior=told)
-    if estimator == "ekf":
-        count: float = ekf_operations(model)
-    else:
-        passes = float(np.mean(history.iterations))
-        horizon = EstimatorSettings().mhe.horizon
-        count = mhe_operations(model, horizon, passes, searches=estimator == "mhe")
+    passes = float(np.mean(history.iterations))
+    own = [Quantity.single("passes", "1", passes)]
+    if not uncounted(estimator):
+        own.insert(0, _operations(operations_of_step(estimator, model, passes)))
     return TiltRun(
         model.name,
         gravity_direction(history.mean[:, 0], history.mean[:, 1]),
         np.degrees(history.std[:, 1]),
         history.step_time_s,
-        (_operations(count), Quantity.single("passes", "1", float(np.mean(history.iterations)))),
+        tuple(own),
         history.solved_fraction,
     )
 
