@@ -28,6 +28,11 @@ class Differentiator:
     label : for people
     weights : of the samples, the newest first, for a step of 1
     ahead : number of samples that it uses from the future; 0 is causal
+
+    Raises
+    ------
+    InputError
+        If it looks farther ahead than it has points.
     """
 
     label: str
@@ -65,6 +70,11 @@ def savitzky_golay(points: int, order: int, ahead: int) -> Differentiator:
     order : of the polynomial; higher follows turns and takes up more noise
     ahead : samples in the future; 0 is causal, (points - 1) / 2 is centred, which has the
         least noise
+
+    Raises
+    ------
+    InputError
+        If the order is not from 1 to points - 1.
 
     References
     ----------

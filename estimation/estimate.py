@@ -155,7 +155,13 @@ class EstimateHistory:
         return float(np.mean([status.is_solved for status in self.status]))
 
     def column(self, state: str) -> Array:
-        """Return the estimates (n,) of one state by name."""
+        """Return the estimates (n,) of one state by name.
+
+        Raises
+        ------
+        InputError
+            If there is no such state.
+        """
         if state not in self.state_names:
             raise InputError(
                 f"state {state} is unknown, expected one of {', '.join(self.state_names)}"

@@ -71,6 +71,11 @@ class Recording:
     time_s : (n,) strictly increasing, s
     readings : sensor name → (n, n_y) in SI, NaN where the sensor has no reading
     truth : true states, where known; no estimator is given them
+
+    Raises
+    ------
+    InputError
+        If it is empty, times do not increase, or readings have another shape or are infinite.
     """
 
     name: str
@@ -145,7 +150,13 @@ class Recording:
         return cls(name, time_s, MappingProxyType(readings), truth)
 
     def sensor(self, name: str) -> tuple[Array, Array]:
-        """Return (times, values) of one sensor where it has any reading."""
+        """Return (times, values) of one sensor where it has any reading.
+
+        Raises
+        ------
+        InputError
+            If there is no such sensor.
+        """
         if name not in self.readings:
             raise InputError(
                 f"recording {self.name} has no sensor {name}; "

@@ -45,6 +45,11 @@ class MheConfig:
         older ones do, and is not smoothed again until later readings move it by half of
         that; larger is faster and further from full passes, 0 makes every pass a full one. None
         chooses by the model, see `mhe.reuse`
+
+    Raises
+    ------
+    InputError
+        If a setting is outside its range; the message names it.
     """
 
     horizon: int = 20

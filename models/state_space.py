@@ -165,7 +165,13 @@ class StateSpaceModel:
         raise InputError(f"sensor {name} is not part of the model {self.name}; expected {known}")
 
     def stack(self, readings: Mapping[str, Array]) -> Array:
-        """Stack readings by sensor name into y (n_y,), NaN where there is none."""
+        """Stack readings by sensor name into y (n_y,), NaN where there is none.
+
+        Raises
+        ------
+        InputError
+            If a reading has another shape.
+        """
         parts = []
         for sensor in self.sensors:
             value = np.asarray(readings.get(sensor.name, np.full(sensor.n_y, np.nan)), dtype=float)

@@ -76,6 +76,11 @@ def estimate_recording(
     duration_s : use only the first seconds
     on_start : called with the number of steps; returns what is called as they are made
     writing_area : see `models.pen.pen_model`
+
+    Raises
+    ------
+    InputError
+        If no chosen sensor has readings of its own, or a name or number makes no sense.
     """
     recording = loaded.recording
     model = pen_model(pen, sensors or default_sensors(pen, recording), writing_area)

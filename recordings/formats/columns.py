@@ -123,7 +123,13 @@ def check_units_given(
 
 
 def numbers(cells: pd.Series, where: str) -> Array:
-    """Return a column's numbers (n,), NaN where a cell is empty; all else must be finite."""
+    """Return a column's numbers (n,), NaN where a cell is empty; all else must be finite.
+
+    Raises
+    ------
+    InputError
+        If a cell holds anything else; the message names column and row.
+    """
     if cells.dtype.kind in "mM":  # pandas would count a date's nanoseconds
         raise InputError(f"{where}: column {cells.name} holds {cells.dtype}, expected numbers")
     values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
@@ -137,7 +143,13 @@ def numbers(cells: pd.Series, where: str) -> Array:
 
 
 def increasing_times(time_s: Array, header: str, where: str) -> Array:
-    """Return times (n,) to the nanosecond; none may be missing, repeated or go backward."""
+    """Return times (n,) to the nanosecond; none may be missing, repeated or go backward.
+
+    Raises
+    ------
+    InputError
+        If one is or does; the message names the row.
+    """
     empty = np.flatnonzero(np.isnan(time_s))
     if len(empty):
         raise InputError(

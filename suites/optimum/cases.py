@@ -83,7 +83,13 @@ class WindowCase:
 def window_table(
     windows: int, seed: int = 0, horizons: Sequence[int] = HORIZONS
 ) -> tuple[WindowKey, ...]:
-    """Return the keys of a table: models and kinds in turn, no two with the same seed."""
+    """Return the keys of a table: models and kinds in turn, no two with the same seed.
+
+    Raises
+    ------
+    InputError
+        If it would be empty.
+    """
     if windows < 1:
         raise InputError(f"windows is {windows}, expected at least 1")
     pairs = list(product(KINDS, window_models()))
@@ -97,7 +103,13 @@ def window_table(
 
 
 def window_case(key: WindowKey) -> WindowCase:
-    """Return the window of a key, always the same one."""
+    """Return the window of a key, always the same one.
+
+    Raises
+    ------
+    InputError
+        If model or kind is unknown.
+    """
     if key.model not in window_models():
         raise InputError(
             f"model {key.model} is unknown, expected one of {', '.join(window_models())}"
