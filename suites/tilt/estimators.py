@@ -27,14 +27,15 @@ from suites.tilt.turns import gravity_direction, tilts_of
 from suites.tilt.weights import fused, trained_weights
 
 ACCELEROMETER, CURVE = "accelerometer", "fixed-weight-curve"
-SEARCHED = "fixed-weight-searched"
 PUBLISHED = FixedWeightConfig()
 """w = 0.25."""
 
 FIXED_WEIGHT: Mapping[str, Callable[[str], FixedWeightConfig]] = MappingProxyType(
     {
         "fixed-weight": lambda case: PUBLISHED,
-        SEARCHED: lambda case: FixedWeightConfig(trained_weights(case).searched.weight),
+        "fixed-weight-searched": lambda case: FixedWeightConfig(
+            trained_weights(case).searched.weight
+        ),
         "fixed-weight-best": lambda case: FixedWeightConfig(trained_weights(case).best),
         "fixed-weight-carried": lambda case: FixedWeightConfig(trained_weights(FULL_TURN).best),
         "fixed-weight-printed": lambda case: FixedWeightConfig(
@@ -84,21 +85,31 @@ def run_fixed_weight(estimator: str, case: str, samples: TiltSamples) -> TiltRun
     """Run the recursion with one of `FIXED_WEIGHT`; its time is that of the default form."""
     config = FIXED_WEIGHT[estimator](case)
     _, seconds = run_compiled(config.weight, samples.time_s, samples.acceleration_g, samples.rates)
-    figures = [
+    figures = (
         _operations(operations(recursion_function())),
         Quantity.single("weight", "1", config.weight),
-    ]
-    if estimator == SEARCHED:
-        ended = trained_weights(case).searched.ended
-        figures += [
-            Quantity.single(f"search ended, {name}", "1", float(ended is way))
-            for name, way in (
-                ("inside", Ended.INSIDE),
-                ("lower bound", Ended.LOWER_BOUND),
-                ("upper bound", Ended.UPPER_BOUND),
-            )
-        ]
-    return TiltRun("", fused(samples, config), None, seconds, tuple(figures))
+        *(figure for figures in FIGURES_OF.get(estimator, ()) for figure in figures(case)),
+    )
+    return TiltRun("", fused(samples, config), None, seconds, figures)
+
+
+def _search_ended(case: str) -> tuple[Quantity, ...]:
+    """Return how the published search for the weight ended in a case."""
+    ended = trained_weights(case).searched.ended
+    return tuple(
+        Quantity.single(f"search ended, {name}", "1", float(ended is way))
+        for name, way in (
+            ("inside", Ended.INSIDE),
+            ("lower bound", Ended.LOWER_BOUND),
+            ("upper bound", Ended.UPPER_BOUND),
+        )
+    )
+
+
+FIGURES_OF: Mapping[str, tuple[Callable[[str], tuple[Quantity, ...]], ...]] = MappingProxyType(
+    {"fixed-weight-searched": (_search_ended,)}
+)
+"""Estimator → what gives more figures of its own in a case."""
 
 
 def run_model(estimator: str, case: str, samples: TiltSamples) -> TiltRun:

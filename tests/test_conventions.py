@@ -1,0 +1,162 @@
+"""The rules of the house that say how code is written."""
+
+from __future__ import annotations
+
+import ast
+import collections
+import importlib
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from tests.house import modules, rooms, tree
+
+ERROR = "InputError"
+WITHOUT_RAISES = "commands"
+"""The room whose docstrings are the help of the terminal, and whose errors are exit codes."""
+
+SPECIAL = {"__init__", "__post_init__", "__call__"}
+"""Methods whose docstring is the class's."""
+
+KINDS_ROOM = "models.sensor_kinds"
+REFERENCE = re.compile(r"`([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)`")
+
+
+def definitions(module: str) -> Iterator[tuple[ast.AST, ast.FunctionDef | ast.ClassDef]]:
+    """Yield (what it stands in, definition) of all that a module shows: no ``_`` on its way."""
+
+    def inside(parent: ast.AST) -> Iterator[tuple[ast.AST, ast.FunctionDef | ast.ClassDef]]:
+        for node in ast.iter_child_nodes(parent):
+            if isinstance(node, ast.FunctionDef) and (
+                not node.name.startswith("_") or node.name in SPECIAL
+            ):
+                yield parent, node
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                yield parent, node
+                yield from inside(node)
+
+    yield from inside(tree(module))
+
+
+def raises(node: ast.AST) -> bool:
+    """Whether a function raises `InputError` itself, not in a function within."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.FunctionDef | ast.ClassDef | ast.Lambda):
+            continue
+        if isinstance(child, ast.Raise) and child.exc and ERROR in ast.unparse(child.exc):
+            return True
+        if raises(child):
+            return True
+    return False
+
+
+@pytest.mark.parametrize("module", modules())
+def test_whoever_raises_input_error_says_so(module: str) -> None:
+    if module.split(".")[0] == WITHOUT_RAISES:
+        return
+    silent = []
+    for parent, node in definitions(module):
+        if isinstance(node, ast.FunctionDef) and raises(node):
+            said = ast.get_docstring(node) or ""
+            if node.name in SPECIAL and isinstance(parent, ast.ClassDef):
+                said += ast.get_docstring(parent) or ""
+            if ERROR not in said:
+                silent.append(node.name)
+    assert not silent, f"{module}: {silent} raise {ERROR} and do not say so"
+
+
+def test_class_names_are_unique() -> None:
+    names = collections.Counter(
+        node.name
+        for module in modules()
+        for node in ast.walk(tree(module))
+        if isinstance(node, ast.ClassDef)
+    )
+    assert [name for name, count in names.items() if count > 1] == []
+
+
+def fields_of(found: type) -> set[str]:
+    """Return the fields of a class, whether or not they have a default."""
+    return {field for base in found.__mro__ for field in vars(base).get("__annotations__", {})}
+
+
+def resolves(reference: str) -> bool:
+    """Whether a dotted name is a module, or something in one, as code would find it."""
+    parts = reference.split(".")
+    for split in range(len(parts), 0, -1):
+        try:
+            found: object = importlib.import_module(".".join(parts[:split]))
+        except ImportError:
+            continue
+        for part in parts[split:]:
+            if isinstance(found, type) and part in fields_of(found):
+                return part == parts[-1]
+            if not hasattr(found, part):
+                return False
+            found = getattr(found, part)
+        return True
+    return False
+
+
+@pytest.mark.parametrize("module", modules())
+def test_references_resolve(module: str) -> None:
+    """A back-ticked dotted name that begins with a room; others are code of their module."""
+    text = modules()[module].read_text("utf-8")
+    found = {name for name in REFERENCE.findall(text) if name.split(".")[0] in rooms()}
+    assert [name for name in sorted(found) if not resolves(name)] == []
+
+
+def test_a_wrong_reference_would_be_found() -> None:
+    assert resolves("models.pen.PenConfig.sensors")
+    assert resolves("estimation.status")
+    assert not resolves("estimation.engine.Engine")
+    assert not resolves("suites.table.SUITES")
+
+
+def kind_classes() -> set[str]:
+    from models.sensor_kinds.table import KINDS
+
+    return {kind.__name__ for kind in KINDS}
+
+
+def asks_for_a_kind(code: ast.AST) -> list[str]:
+    """Return the expressions that ask which kind a sensor is, or which estimator it is."""
+    found = []
+    for node in ast.walk(code):
+        match node:
+            case ast.Call(func=ast.Name(id="isinstance"), args=[_, classes]):
+                asked = {n.id for n in ast.walk(classes) if isinstance(n, ast.Name)}
+                if asked & kind_classes():
+                    found.append(ast.unparse(node))
+            case ast.MatchClass(cls=ast.Name(id=name)) if name in kind_classes():
+                found.append(ast.unparse(node))
+            case ast.Compare(left=left, comparators=comparators):
+                sides = [left, *comparators]
+                asked_for = {
+                    side.attr if isinstance(side, ast.Attribute) else getattr(side, "id", "")
+                    for side in sides
+                }
+                words = [word for side in sides for word in getattr(side, "elts", [side])]
+                named = any(isinstance(getattr(word, "value", None), str) for word in words)
+                if named and asked_for & {"kind", "estimator"} and "dtype" not in ast.unparse(left):
+                    found.append(ast.unparse(node))
+    return found
+
+
+@pytest.mark.parametrize("module", modules())
+def test_nothing_asks_which_sensor_or_estimator_it_is(module: str) -> None:
+    if module.startswith(KINDS_ROOM):
+        return
+    assert asks_for_a_kind(tree(module)) == []
+
+
+def test_a_question_for_a_kind_would_be_found() -> None:
+    code = """
+isinstance(sensor, (Contact, int))
+sensor.kind == "pose_camera"
+task.estimator in ("ekf", "mhe")
+match sensor:
+    case Gyroscope(): pass
+"""
+    assert len(asks_for_a_kind(ast.parse(code))) == 4
