@@ -115,7 +115,7 @@ def estimate(
             )
         write_table(result.output.to_pandas(), output)
         if figure is not None:
-            save(estimate_figure(result.output, result.ink, result.used.truth), figure)
+            save(estimate_figure(result.output, result.ink, truth=result.used.truth), figure)
         _report(result, output)
 
 

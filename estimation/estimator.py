@@ -55,6 +55,7 @@ class BatchEstimator(Protocol[StateT]):
 def run(
     estimator: Estimator[StateT],
     recording: Recording,
+    *,
     on_step: Callable[[Estimate], None] | None = None,
     on_progress: Callable[[int], None] | None = None,
     prior: GaussianState | None = None,
@@ -85,12 +86,15 @@ def run(
         if on_progress:
             on_progress(1)
 
-    return run_measurements(estimator, recording.measurements(estimator.model), told, prior)
+    return run_measurements(
+        estimator, recording.measurements(estimator.model), on_step=told, prior=prior
+    )
 
 
 def run_measurements(
     estimator: Estimator[StateT],
     measurements: Iterable[Measurement],
+    *,
     on_step: Callable[[Estimate], None] | None = None,
     prior: GaussianState | None = None,
 ) -> EstimateHistory:

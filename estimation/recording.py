@@ -114,6 +114,7 @@ class Recording:
         cls,
         name: str,
         sensors: Mapping[str, tuple[Array, Array]],
+        *,
         truth: Truth | None = None,
     ) -> Recording:
         """Merge sensors with time stamps of their own; no reading moves in time.
@@ -168,7 +169,7 @@ class Recording:
     def select(self, sensors: Sequence[str]) -> Recording:
         """Return a recording of some sensors only, without instants left empty."""
         return self.from_sensors(
-            self.name, {sensor: self.sensor(sensor) for sensor in sensors}, self.truth
+            self.name, {sensor: self.sensor(sensor) for sensor in sensors}, truth=self.truth
         )
 
     def subsampled(self, sensor: str, every: int, phase: int) -> Recording:
@@ -176,7 +177,7 @@ class Recording:
         parts = {name: self.sensor(name) for name in self.readings}
         times, values = self.sensor(sensor)
         parts[sensor] = (times[phase::every], values[phase::every])
-        return self.from_sensors(self.name, parts, self.truth)
+        return self.from_sensors(self.name, parts, truth=self.truth)
 
     def first(self, duration_s: float) -> Recording:
         """Return the first `duration_s` seconds."""

@@ -83,7 +83,7 @@ def estimate_recording(
         If no chosen sensor has readings of its own, or a name or number makes no sense.
     """
     recording = loaded.recording
-    model = pen_model(pen, sensors or default_sensors(pen, recording), writing_area)
+    model = pen_model(pen, sensors or default_sensors(pen, recording), writing_area=writing_area)
     measured = [sensor.name for sensor in model.measured_sensors]
     if not measured:
         raise InputError(

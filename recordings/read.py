@@ -36,7 +36,7 @@ def load_recording(
             f"recording {path}: suffix {path.suffix or '(none)'} is unknown, "
             f"expected {format_names(suffixes_first)}"
         )
-    loaded = row.read(path, pen, units)
+    loaded = row.read(path, pen, units=units)
     if len(loaded.recording.time_s) < 2:
         raise InputError(f"recording {path} has a single sample, expected at least two")
     return loaded

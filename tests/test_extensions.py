@@ -65,7 +65,7 @@ from recordings.written import WrittenRecording
 
 
 def load_levels(
-    path: Path, pen: PenConfig, units: Mapping[str, str] | None = None
+    path: Path, pen: PenConfig, *, units: Mapping[str, str] | None = None
 ) -> WrittenRecording:
     time_s, levels = (np.array(column) for column in json.loads(path.read_text("utf-8")))
     readings = MappingProxyType({"level": levels[:, None]})

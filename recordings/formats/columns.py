@@ -65,7 +65,7 @@ def recording_columns(pen: PenConfig, units: Mapping[str, str]) -> dict[str, Col
 
 
 def column_units(
-    headers: Iterable[str], pen: PenConfig, units: Mapping[str, str] | None = None
+    headers: Iterable[str], pen: PenConfig, *, units: Mapping[str, str] | None = None
 ) -> Mapping[str, str]:
     """Return sensor name → the unit that its columns are read in, where they share one.
 

@@ -54,7 +54,7 @@ def is_dpoint_folder(path: Path) -> bool:
 
 
 def load_dpoint(
-    folder: Path, pen: PenConfig, units: Mapping[str, str] | None = None
+    folder: Path, pen: PenConfig, *, units: Mapping[str, str] | None = None
 ) -> WrittenRecording:
     """Read a D-POINT folder with the camera delay and pressure threshold of a pen.
 
@@ -81,7 +81,7 @@ def load_dpoint(
             "(its delay_s and pressure_threshold are needed)"
         )
     read = read_dpoint(
-        folder, cameras[0].delay_s, contacts[0].pressure_threshold, contacts[0].height_m
+        folder, cameras[0].delay_s, contacts[0].pressure_threshold, height_m=contacts[0].height_m
     )
     if read.scan is None:
         return WrittenRecording(read.recording)
@@ -92,7 +92,7 @@ def load_dpoint(
 
 
 def read_dpoint(
-    folder: str | Path, camera_delay_s: float, pressure_threshold: float, height_m: float = 0.0
+    folder: str | Path, camera_delay_s: float, pressure_threshold: float, *, height_m: float = 0.0
 ) -> DpointFolder:
     """Read a D-POINT folder.
 

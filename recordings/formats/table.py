@@ -5,11 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from models.pen import PenConfig
 from recordings.formats.dpoint import load_dpoint
 from recordings.formats.tables import load_table
 from recordings.written import WrittenRecording
+
+
+class Reader(Protocol):
+    """Reads a recording of a format."""
+
+    def __call__(
+        self, path: Path, pen: PenConfig, /, *, units: Mapping[str, str] | None = None
+    ) -> WrittenRecording:
+        """Return the recording; `units` are for what says none by itself."""
 
 
 @dataclass(frozen=True)
@@ -20,12 +30,12 @@ class RecordingFormat:
     ----------
     name : as in ``expected a D-POINT folder, .csv or .parquet``
     recognises : whether a path that exists looks like it
-    read : takes path, pen, and sensor name → unit for what says none by itself
+    read : takes path and pen, and ``units``: sensor name → unit, for what says none by itself
     """
 
     name: str
     recognises: Callable[[Path], bool]
-    read: Callable[[Path, PenConfig, Mapping[str, str] | None], WrittenRecording]
+    read: Reader
 
 
 FORMATS: tuple[RecordingFormat, ...] = (

@@ -145,17 +145,17 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
 
 
 def load_table(
-    path: Path, pen: PenConfig, units: Mapping[str, str] | None = None
+    path: Path, pen: PenConfig, *, units: Mapping[str, str] | None = None
 ) -> WrittenRecording:
     """Read a recording from a table whose units make sense; see `recording_from_table`."""
     table = read_table(path)
-    recording = recording_from_table(table, pen, str(path), units)
-    check_units(recording, pen, column_units(table.columns, pen, units))
+    recording = recording_from_table(table, pen, str(path), units=units)
+    check_units(recording, pen, read_as=column_units(table.columns, pen, units=units))
     return WrittenRecording(recording)
 
 
 def recording_from_table(
-    table: pd.DataFrame, pen: PenConfig, name: str, units: Mapping[str, str] | None = None
+    table: pd.DataFrame, pen: PenConfig, name: str, *, units: Mapping[str, str] | None = None
 ) -> Recording:
     """Turn a table into a recording of the pen's sensors that it has columns of.
 

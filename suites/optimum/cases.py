@@ -158,7 +158,7 @@ def _recording(
     body, seed = key.model.split()[0], int(rng.integers(2**31))
     if body == "turntable":
         if rng.choice(kind.table_motions) == DRAWN:
-            return simulate_model(model, duration_s, seed)
+            return simulate_model(model, duration_s, seed=seed)
         return simulate_table(paper_turntable(), duration_s, seed)
     pen = find_pen("reference").model_copy(update={"degrees_of_freedom": int(body[3:])})
     motion = str(rng.choice(kind.motions))
