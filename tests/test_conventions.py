@@ -160,3 +160,71 @@ match sensor:
     case Gyroscope(): pass
 """
     assert len(asks_for_a_kind(ast.parse(code))) == 4
+
+
+FACES = ("models", "estimation", "mhe", "ekf_baseline", "recordings", "codegen", "pen_mhe")
+"""The rooms that people call from Python."""
+KEYWORDS_FROM, MOST_POSITIONAL = 2, 5
+ALGEBRA = "letters of one equation, in its order"
+INSIDE = "called once, by its own room"
+POSITIONAL = {
+    "codegen.export.export_c": "its options become keywords with the front door",
+    "codegen.exportable.exportable": "its config becomes keywords with the settings",
+    "estimation.kalman_stage.KalmanStage.predict": ALGEBRA,
+    "estimation.kalman_stage.KalmanStage.derivatives": ALGEBRA,
+    "estimation.kalman_stage.KalmanStage.update": ALGEBRA,
+    "estimation.result.report": INSIDE,
+    "mhe.compiled.loop.window_loop": INSIDE,
+    "mhe.compiled.loop.CompiledWindow.__init__": INSIDE,
+    "mhe.interpreted.descent.descend": INSIDE,
+    "mhe.interpreted.loop.InterpretedWindow.__init__": INSIDE,
+    "mhe.interpreted.window_pass.WindowPass.run": ALGEBRA,
+    "mhe.realtime.MheRti.__init__": "its clock becomes a keyword with the settings",
+    "mhe.sparse_qp.crossover.crossed_over": ALGEBRA,
+    "pen_mhe.estimate.estimate_recording": "its options become keywords with the front door",
+    "pen_mhe.estimators.create_estimator": "its settings become keywords",
+    "pen_mhe.observe.observe": "its options become keywords with the front door",
+    "recordings.read.load_recording": "its options become keywords with the front door",
+    "recordings.simulate_pen.simulate_recording": "its options become keywords with the front door",
+}
+"""Function that takes more by position than others may → why."""
+
+
+def takes_too_much(node: ast.FunctionDef, is_method: bool) -> bool:
+    """Whether more than five by position, or an option after the second parameter."""
+    is_static = any(ast.unparse(decorator) == "staticmethod" for decorator in node.decorator_list)
+    by_position = [*node.args.posonlyargs, *node.args.args][is_method and not is_static :]
+    required = len(by_position) - len(node.args.defaults)
+    has_late_option = bool(node.args.defaults) and len(by_position) > max(required, KEYWORDS_FROM)
+    return len(by_position) > MOST_POSITIONAL or has_late_option
+
+
+def test_options_are_keywords() -> None:
+    found = set()
+    for module in modules():
+        if module.split(".")[0] not in FACES:
+            continue
+        for parent, node in definitions(module):
+            if isinstance(node, ast.FunctionDef):
+                stem = f"{module}.{parent.name}" if isinstance(parent, ast.ClassDef) else module
+                if takes_too_much(node, isinstance(parent, ast.ClassDef)):
+                    found.add(f"{stem}.{node.name}")
+    assert found - set(POSITIONAL) == set(), "options after the second are keyword-only"
+    assert set(POSITIONAL) - found == set(), "mended: leave the table"
+
+
+@pytest.mark.parametrize(
+    ("code", "is_method", "expected"),
+    [
+        ("def f(a, b=1): ...", False, False),
+        ("def f(a, b, *, c=1): ...", False, False),
+        ("def f(a, b, c=1): ...", False, True),
+        ("def f(a, b=1, c=2): ...", False, True),
+        ("def f(self, a, b=1): ...", True, False),
+        ("def f(a, b, c, d, e, f): ...", False, True),
+    ],
+)
+def test_too_many_positions_would_be_found(code: str, is_method: bool, expected: bool) -> None:
+    (node,) = ast.parse(code).body
+    assert isinstance(node, ast.FunctionDef)
+    assert takes_too_much(node, is_method) is expected
