@@ -19,8 +19,6 @@ LARGER_FILES = {
     "benchmark/figures/plotly_figure.py": "all that knows how plotly wants a figure",
     "estimation/kalman_stage.py": "one algebra: prediction and update share every symbol",
     "estimation/observability.py": "the matrix and what is read from it",
-    "mhe/interpreted/loop.py": "the twin of the compiled loop, step by step in its order",
-    "mhe/interpreted/window_pass.py": "one pass, forward and back, as in its equations",
     "mhe/reference/ipopt.py": "the problem and its solver's options belong together",
     "suites/pen/figures.py": "one function a figure",
 }
