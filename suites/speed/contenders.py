@@ -84,11 +84,11 @@ def sample_contenders(dt: float) -> tuple[Entry[Sample], ...]:
                 mode,
                 partial(ExportedStep, name=name, real=real, config=config),
                 horizon=horizon,
-                judged=name == "ekf",
+                judged=judged,
             )
-            for name, horizon, config in (
-                ("ekf", FILTER_HORIZON, None),
-                ("mhe-rti", LIVE_HORIZON, LIVE),
+            for name, horizon, config, judged in (
+                ("ekf", FILTER_HORIZON, None, True),
+                ("mhe-rti", LIVE_HORIZON, LIVE, False),
             )
             for mode, real in ((EXPORTED, "double"), (EXPORTED_FLOAT, "float"))
         ),
