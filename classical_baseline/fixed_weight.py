@@ -61,6 +61,11 @@ class FixedWeightConfig:
     form : of (18); ``printed`` as above, ``smooth`` without its tangents,
         R_g ∝ (sinφ |cosθ|, |cosφ| sinθ, ± |cosφ cosθ|)
     sign : of R_gz; ``previous`` as printed, ``turned`` as above
+
+    Raises
+    ------
+    InputError
+        If the weight is negative, or a form is unknown.
     """
 
     weight: float = 0.25

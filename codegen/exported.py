@@ -66,7 +66,13 @@ class Exported:
         self.state = ctypes.create_string_buffer(self._library.state_size())
 
     def init(self, prior: GaussianState | None = None) -> ExportedState:
-        """Return the state before the first measurement; an export has its model's prior only."""
+        """Return the state before the first measurement; an export has its model's prior only.
+
+        Raises
+        ------
+        InputError
+            If a prior is given.
+        """
         if prior is not None:
             raise InputError("an exported estimator is given a prior, expected none: it has one")
         self._init(self.state)

@@ -55,7 +55,7 @@ def run_codegen(request: CodegenRequest) -> None:
     InputError
         For what does not fit; the message says what was expected.
     """
-    model = pen_model(find_pen(request.pen), request.sensors, request.writing_area)
+    model = pen_model(find_pen(request.pen), request.sensors, writing_area=request.writing_area)
     chosen = exportable(request.estimator, model, **_settings(request))
     export = export_c(chosen, request.real, request.form, request.prefix)
     prepare_folder(request.output)

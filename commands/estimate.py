@@ -116,7 +116,9 @@ def estimate(
             )
         write_table(result.output.to_pandas(), written.output)
         if written.figure is not None:
-            save(estimate_figure(result.output, result.ink, result.used.truth), written.figure)
+            save(
+                estimate_figure(result.output, result.ink, truth=result.used.truth), written.figure
+            )
         _report(result, written.output)
 
 

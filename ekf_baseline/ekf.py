@@ -35,6 +35,11 @@ class EkfConfig:
     gate_probability : a sensor's reading is dropped when its squared
         Mahalanobis distance to the prediction exceeds the χ² quantile of this
         probability; nearer to 1 drops less, None never drops
+
+    Raises
+    ------
+    InputError
+        If the gate is not a probability.
     """
 
     gate_probability: float | None = None

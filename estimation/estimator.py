@@ -61,10 +61,10 @@ class BatchEstimator(Protocol[StateT]):
 def run(
     estimator: Estimator[StateT],
     recording: Recording,
+    *,
     on_step: Callable[[Estimate], None] | None = None,
     on_progress: Callable[[int], None] | None = None,
     prior: GaussianState | None = None,
-    *,
     covariances: bool = False,
 ) -> EstimateHistory:
     """Drive an estimator over a recording, in compiled batches where it has them.
@@ -93,15 +93,17 @@ def run(
             on_progress(1)
 
     measurements = recording.measurements(estimator.model)
-    return run_measurements(estimator, measurements, told, prior, covariances=covariances)
+    return run_measurements(
+        estimator, measurements, on_step=told, prior=prior, covariances=covariances
+    )
 
 
 def run_measurements(
     estimator: Estimator[StateT],
     measurements: Iterable[Measurement],
+    *,
     on_step: Callable[[Estimate], None] | None = None,
     prior: GaussianState | None = None,
-    *,
     covariances: bool = False,
 ) -> EstimateHistory:
     """Drive an estimator over any stream of measurements, a live one included; see `run`."""

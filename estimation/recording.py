@@ -71,6 +71,11 @@ class Recording:
     time_s : (n,) strictly increasing, s
     readings : sensor name → (n, n_y) in SI, NaN where the sensor has no reading
     truth : true states, where known; no estimator is given them
+
+    Raises
+    ------
+    InputError
+        If it is empty, times do not increase, or readings have another shape or are infinite.
     """
 
     name: str
@@ -110,6 +115,7 @@ class Recording:
         cls,
         name: str,
         sensors: Mapping[str, tuple[Array, Array]],
+        *,
         truth: Truth | None = None,
     ) -> Recording:
         """Merge sensors with time stamps of their own; no reading moves in time.
@@ -146,7 +152,13 @@ class Recording:
         return cls(name, time_s, readings, truth)
 
     def sensor(self, name: str) -> tuple[Array, Array]:
-        """Return (times, values) of one sensor where it has any reading."""
+        """Return (times, values) of one sensor where it has any reading.
+
+        Raises
+        ------
+        InputError
+            If there is no such sensor.
+        """
         if name not in self.readings:
             raise InputError(
                 f"recording {self.name} has no sensor {name}; "
@@ -158,7 +170,7 @@ class Recording:
     def select(self, sensors: Sequence[str]) -> Recording:
         """Return a recording of some sensors only, without instants left empty."""
         return self.from_sensors(
-            self.name, {sensor: self.sensor(sensor) for sensor in sensors}, self.truth
+            self.name, {sensor: self.sensor(sensor) for sensor in sensors}, truth=self.truth
         )
 
     def subsampled(self, sensor: str, every: int, phase: int) -> Recording:
@@ -166,7 +178,7 @@ class Recording:
         parts = {name: self.sensor(name) for name in self.readings}
         times, values = self.sensor(sensor)
         parts[sensor] = (times[phase::every], values[phase::every])
-        return self.from_sensors(self.name, parts, self.truth)
+        return self.from_sensors(self.name, parts, truth=self.truth)
 
     def first(self, duration_s: float) -> Recording:
         """Return the first `duration_s` seconds."""

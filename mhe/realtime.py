@@ -122,6 +122,11 @@ class WindowLoop:
         Parameters
         ----------
         guess : the first state and the noises; the states behind follow from them
+
+        Raises
+        ------
+        InputError
+            If there are none, or more than N + 1 measurements.
         """
         layout, count = self._engine.memory, len(measurements)
         if not 1 <= count <= self.config.horizon + 1:

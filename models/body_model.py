@@ -20,7 +20,7 @@ from models.errors import InputError
 from models.gaussian import GaussianState
 from models.manifold import additive_manifold, no_inequality
 from models.sensor_kinds.reading import MovingBody
-from models.sensor_kinds.table import bias_states, sensor_model
+from models.sensor_kinds.table import sensor_model
 from models.state_space import StateSpaceModel
 from models.units import readable_unit
 
@@ -81,9 +81,9 @@ def body_model(
     ----------
     name : for people
     body : in the symbols of `kinematics`
-    sensors : name → one of `models.sensor_kinds.table.Sensor`, in the order to stack them
+    sensors : name → one of `models.sensor_kinds.table.KINDS`, in the order to stack them
     """
-    biases = {key: bias_states(key, sensor) for key, sensor in sensors.items()}
+    biases = {key: sensor.bias_states(key) for key, sensor in sensors.items()}
     symbols = {key: ca.SX.sym(f"b_{key}", len(bias.names)) for key, bias in biases.items()}
     x = ca.vertcat(kinematics.x, *symbols.values())
     names = kinematics.names + tuple(state for bias in biases.values() for state in bias.names)

@@ -114,6 +114,7 @@ def _parsed(name: str, row: Any, where: str) -> Any:
 def sample_motion(
     motion: str | MotionConfig,
     time_s: Array,
+    *,
     seed: Seed = 0,
     speed: float = 1.0,
 ) -> Motion:

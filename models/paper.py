@@ -17,7 +17,6 @@ from typing import Any
 from pydantic import PositiveFloat
 
 from models.config import UnitConfig
-from models.sensor_kinds.contact import Contact
 from models.state_space import StateSpaceModel
 
 TIP_HEIGHT = "tip_z_m"
@@ -60,6 +59,7 @@ def above_paper(model: StateSpaceModel, paper: Paper) -> StateSpaceModel:
 def check_paper(
     paper: Paper | None,
     bounds: Mapping[str, tuple[float, float]] = MappingProxyType({}),
+    *,
     sensors: Mapping[str, Any] = MappingProxyType({}),
     **_: Any,
 ) -> None:
@@ -84,7 +84,7 @@ def check_paper(
             f"{TIP_HEIGHT}, expected room for the tip above the paper"
         )
     for name, sensor in sensors.items():
-        if not isinstance(sensor, Contact):
+        if not sensor.reads_touch:
             continue
         if not paper.height_m <= sensor.height_m <= paper.highest_touching_m:
             raise ValueError(

@@ -153,7 +153,7 @@ def moving_pen(config: PenConfig, q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX) -> Movi
 
 
 def pen_model(
-    config: PenConfig, sensors: Iterable[str] | None = None, writing_area: bool = True
+    config: PenConfig, sensors: Iterable[str] | None = None, *, writing_area: bool = True
 ) -> StateSpaceModel:
     """Build the state-space model of a pen with some or all of its sensors.
 
@@ -178,7 +178,7 @@ def pen_model(
     name = f"{config.name}, {n_q} degrees of freedom"
     model = body_model(name, _kinematics(config, q, q_dot, q_ddot), body, chosen)
     model = model.replace(
-        symmetries=(heading_symmetry(n_q, model.n_x, _centre(chosen.values())),),
+        symmetries=(heading_symmetry(n_q, model.n_x, centre_m=_centre(chosen.values())),),
         reach=np.array([config.reach_m] * 3 + [np.inf] * (model.n_x - 3)),
     )
     model = model.bounded(**config.bounds)
@@ -188,15 +188,15 @@ def pen_model(
 def _centre(sensors: Iterable[Any]) -> Array | None:
     """Return the centre (3,) of the writing area, None without one."""
     for sensor in sensors:
-        if isinstance(sensor, WritingArea):
-            return np.array(sensor.centre_m)
+        if sensor.place_m is not None:
+            return np.array(sensor.place_m)
     return None
 
 
 def _writing_area(config: PenConfig) -> dict[str, Any]:
     """Return the pen's writing area by name, or one around its prior tip where it has none."""
     for name, sensor in config.sensors.items():
-        if isinstance(sensor, WritingArea):
+        if sensor.place_m is not None:
             return {name: sensor}
     name = "area"
     while name in config.sensors:

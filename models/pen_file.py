@@ -54,6 +54,11 @@ def load_config(path: str | Path, config: type[ConfigT], what: str) -> ConfigT:
     ----------
     config : what to make of it; its sensors may name presets
     what : kind of the file, for messages: ``pen file``
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is not TOML, or a key or value in it is wrong.
     """
     path = Path(path)
     try:
@@ -69,7 +74,13 @@ def load_config(path: str | Path, config: type[ConfigT], what: str) -> ConfigT:
 
 
 def parse_config(data: dict[str, Any], config: type[ConfigT], where: str) -> ConfigT:
-    """Validate something with sensors given as nested dictionaries, presets resolved."""
+    """Validate something with sensors given as nested dictionaries, presets resolved.
+
+    Raises
+    ------
+    InputError
+        If a key or value is wrong; the message names it.
+    """
     sensors = data.get("sensors", {})
     if not isinstance(sensors, dict):
         raise InputError(f"{where}: key sensors: expected a table of sensors")
@@ -123,7 +134,13 @@ def bundled_pens() -> Mapping[str, Path]:
 
 
 def find_pen(pen: str | Path) -> PenConfig:
-    """Load a pen file, or a bundled pen by its name."""
+    """Load a pen file, or a bundled pen by its name.
+
+    Raises
+    ------
+    InputError
+        If there is no such file and no such pen, or its file is wrong.
+    """
     if str(pen) in bundled_pens() and not Path(pen).is_file():
         return load_pen(bundled_pens()[str(pen)])
     if not Path(pen).exists():

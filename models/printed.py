@@ -32,7 +32,6 @@ import casadi as ca
 
 from models.kinematics import RigidBody
 from models.rotation import world_to_body
-from models.sensor_kinds.inertial import Accelerometer
 from models.sensor_kinds.mounted import IDENTITY
 
 PrintedError = Literal["E2", "E3", "E4"]
@@ -62,7 +61,7 @@ def transition(dt: ca.SX, block: int = PRINTED_BLOCK) -> ca.SX:
     )
 
 
-def next_state(x: ca.SX, v: ca.SX, dt: ca.SX, block: int = PRINTED_BLOCK) -> ca.SX:
+def next_state(x: ca.SX, v: ca.SX, dt: ca.SX, *, block: int = PRINTED_BLOCK) -> ca.SX:
     """Return x_k of (2) from x_{k-1} and v_{k-1}, all (3 block,)."""
     return transition(dt, block) @ x + v
 
@@ -180,6 +179,7 @@ class PrintedBody:
 def check_printed_pen(
     errors: tuple[PrintedError, ...],
     degrees_of_freedom: int = 5,
+    *,
     fixed_spin_rad: float = 0.0,
     sensors: Mapping[str, Any] = MappingProxyType({}),
     **_: Any,
@@ -198,7 +198,7 @@ def check_printed_pen(
             "expected degrees_of_freedom = 5 and fixed_spin_rad = 0, the printed pen does not spin"
         )
     for name, sensor in sensors.items() if errors else ():
-        if isinstance(sensor, Accelerometer) and (
+        if sensor.feels_gravity and (
             any(sensor.position_m[:2]) or sensor.sensor_to_body != IDENTITY
         ):
             raise ValueError(

@@ -44,6 +44,7 @@ class SensorModel:
     dropout_fraction : see `models.sensor_kinds.mounted.SensorBase`
     bias_states : names of the model's states that are this sensor's biases
     bias_walk : density of their random walk, the reading's unit per √s
+    sees_pose : see `models.sensor_kinds.mounted.SensorBase`
     """
 
     name: str
@@ -63,6 +64,7 @@ class SensorModel:
     dropout_fraction: float = 0.0
     bias_states: tuple[str, ...] = ()
     bias_walk: float = 0.0
+    sees_pose: bool = False
 
     @property
     def n_y(self) -> int:

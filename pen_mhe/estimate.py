@@ -80,9 +80,14 @@ def estimate_recording(
     duration_s : use only the first seconds
     on_start : called with the number of steps; returns what is called as they are made
     writing_area : see `models.pen.pen_model`
+
+    Raises
+    ------
+    InputError
+        If no chosen sensor has readings of its own, or a name or number makes no sense.
     """
     recording = loaded.recording
-    model = pen_model(pen, sensors or default_sensors(pen, recording), writing_area)
+    model = pen_model(pen, sensors or default_sensors(pen, recording), writing_area=writing_area)
     measured = [sensor.name for sensor in model.measured_sensors]
     if not measured:
         raise InputError(
@@ -94,7 +99,7 @@ def estimate_recording(
         if not duration_s > 0:
             raise InputError(f"duration is {duration_s:g} s, expected a positive time")
         recorded = recorded.first(duration_s)
-    cameras = [s for s in model.sensors if s.kind == "pose_camera"]
+    cameras = [s for s in model.sensors if s.sees_pose]
     used = recorded if thinning is None else thinned(model, recorded, thinning)
     on_progress = on_start(len(used.time_s)) if on_start else None
     built = create_estimator(estimator, model, **(settings or {}))

@@ -30,7 +30,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def estimate_figure(
-    history: EstimateHistory, ink: InkMatch | None = None, truth: Truth | None = None
+    history: EstimateHistory, ink: InkMatch | None = None, *, truth: Truth | None = None
 ) -> Figure:
     """Draw the tip's path (over the ink, where there is a scan), the angles and the step times."""
     angles = [pair for pair in ANGLES if pair[0] in history.state_names]

@@ -67,7 +67,7 @@ def observe(
     duration_s : of each motion
     """
     chosen = sensors_with_a_rate(pen) if sensors is None else sensors
-    model = pen_model(pen, chosen, writing_area)
+    model = pen_model(pen, chosen, writing_area=writing_area)
     measured = [sensor.name for sensor in model.measured_sensors]
     return SensorVerdict(
         model,

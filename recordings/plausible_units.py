@@ -25,7 +25,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -34,8 +33,7 @@ from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig
-from models.sensor_kinds.inertial import Accelerometer
-from models.sensor_kinds.table import reading_axes
+from models.sensor_kinds.mounted import SensorBase
 from models.units import UNITS
 
 GRAVITY_FACTOR = 2.0
@@ -70,7 +68,7 @@ class Evidence:
 
 
 def check_units(
-    recording: Recording, pen: PenConfig, read_as: Mapping[str, str] | None = None
+    recording: Recording, pen: PenConfig, *, read_as: Mapping[str, str] | None = None
 ) -> None:
     """Refuse a recording whose readings only make sense in another unit.
 
@@ -86,10 +84,10 @@ def check_units(
         The message names the sensor, what was found and the unit that it looks like.
     """
     for name, sensor in pen.sensors.items():
-        evidence = EVIDENCE.get(sensor.kind)
+        evidence = _evidence(sensor)
         if name not in recording.readings or evidence is None:
             continue
-        (axis, si_unit), *_ = reading_axes(sensor)
+        (axis, si_unit), *_ = sensor.reading_axes
         unit = si_unit if read_as is None else read_as.get(name)
         found = evidence(recording, pen, name)
         if unit is None or found is None:
@@ -105,7 +103,7 @@ def check_units(
 
 def gravity_evidence(recording: Recording, pen: PenConfig, name: str) -> Evidence | None:
     """Return what the median of |f| says; None for an accelerometer of fewer than three axes."""
-    if len(reading_axes(pen.sensors[name])) < 3:
+    if len(pen.sensors[name].reading_axes) < 3:
         return None
     _, force = _in_body_axes(recording, pen, name)
     median = float(np.median(np.linalg.norm(force, axis=1))) if len(force) else 0.0
@@ -146,13 +144,16 @@ def rate_evidence(recording: Recording, pen: PenConfig, name: str) -> Evidence |
 
 def _feels_gravity(pen: PenConfig, name: str) -> bool:
     sensor = pen.sensors.get(name)
-    return isinstance(sensor, Accelerometer) and len(sensor.axes) == 3
+    return sensor is not None and sensor.feels_gravity and len(sensor.reading_axes) == 3
 
 
-EVIDENCE: Mapping[str, Callable[[Recording, PenConfig, str], Evidence | None]] = MappingProxyType(
-    {"accelerometer": gravity_evidence, "gyroscope": rate_evidence}
-)
-"""Sensor kind → what the readings of such a sensor say of their unit."""
+def _evidence(
+    sensor: SensorBase,
+) -> Callable[[Recording, PenConfig, str], Evidence | None] | None:
+    """Return what tells the unit of a sensor's readings; None where nothing does."""
+    if sensor.feels_gravity:
+        return gravity_evidence
+    return rate_evidence if sensor.reads_rate else None
 
 
 def turn_factor(force_time_s: Array, force: Array, rate_time_s: Array, rate: Array) -> float | None:

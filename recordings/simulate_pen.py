@@ -74,18 +74,18 @@ def simulate_recording(
     if motion == DRAWN:
         if speed != 1:
             raise InputError(f"speed is {speed} for the motion {DRAWN}, expected 1: it has its own")
-        return simulate_model(model, duration_s, seed, stamps)
+        return simulate_model(model, duration_s, seed=seed, stamps=stamps)
 
     def truth(time_s: Array, captured: Mapping[str, Array], root: np.random.SeedSequence) -> Array:
-        played = sample_motion(motion, time_s, stream(root, "motion"), speed)
-        return true_states(model, played, root, captured)
+        played = sample_motion(motion, time_s, seed=stream(root, "motion"), speed=speed)
+        return true_states(model, played, root, times=captured)
 
     name = motion if isinstance(motion, str) else motion.kind
     return _record(name, model, truth, duration_s, seed, stamps)
 
 
 def simulate_model(
-    model: StateSpaceModel, duration_s: float, seed: int = 0, stamps: Stamps | str = "capture"
+    model: StateSpaceModel, duration_s: float, *, seed: int = 0, stamps: Stamps | str = "capture"
 ) -> Recording:
     """Simulate any model's sensors along a truth drawn from its own prior and process noise.
 
@@ -116,5 +116,5 @@ def _record(
     return Recording.from_sensors(
         f"{name} (simulated)",
         {key: (stamped[key], values) for key, (_, values) in readings.items()},
-        Truth(time_s, model.state_names, states),
+        truth=Truth(time_s, model.state_names, states),
     )

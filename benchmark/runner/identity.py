@@ -60,6 +60,11 @@ def task_identity(recordings: str, scope: Scope) -> str:
     Parameters
     ----------
     recordings : the folder within `Scope.data` that it reads; empty where it reads none
+
+    Raises
+    ------
+    InputError
+        If a file of the data cannot be read.
     """
     if not recordings or scope.data is None:
         return code_identity()

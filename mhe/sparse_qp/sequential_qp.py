@@ -89,6 +89,11 @@ class SequentialQp:
         Parameters
         ----------
         guess : the first state and the noises; the states behind follow from them
+
+        Raises
+        ------
+        InputError
+            If there are none, or more than N + 1 measurements.
         """
         n, most, scheme = len(measurements), self.config.horizon + 1, self.config.scheme
         if not 1 <= n <= most:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import casadi as ca
 import numpy as np
@@ -24,13 +24,18 @@ class Contact(SensorBase):
     pressure_threshold : raw pressure above which a recording counts as touching
     """
 
+    reads_touch: ClassVar[bool] = True
     kind: Literal["contact"] = "contact"
     height_m: float = 0.0
     std_m: PositiveFloat
     pressure_threshold: NonNegative = 0.0
 
+    @property
+    def reading_axes(self) -> tuple[tuple[str, str], ...]:
+        """The height."""
+        return (("z", "m"),)
 
-def contact_reading(sensor: Contact, body: MovingBody, bias: ca.SX) -> SymbolicReading:
-    """Return the tip's height."""
-    noise_std = np.array([sensor.std_m])
-    return SymbolicReading(body.rigid.tip[2], noise_std, touched_height=sensor.height_m)
+    def symbolic_reading(self, body: MovingBody, bias: ca.SX) -> SymbolicReading:
+        """Return the tip's height."""
+        noise_std = np.array([self.std_m])
+        return SymbolicReading(body.rigid.tip[2], noise_std, touched_height=self.height_m)

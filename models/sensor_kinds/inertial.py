@@ -1,20 +1,20 @@
-"""Accelerometer and gyroscope: noise, range and bias of one axis each."""
+"""What accelerometer and gyroscope share: noise, range and bias of one axis each."""
 
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import casadi as ca
 import numpy as np
 from pydantic import Field, PositiveFloat, field_validator, model_validator
 
-from models.arrays import Array
-from models.sensor_kinds.mounted import MountedSensor, NonNegative
-from models.sensor_kinds.reading import MovingBody, SymbolicReading
+from models.sensor_kinds.mounted import MountedSensor
+from models.sensor_kinds.reading import BiasStates, SymbolicReading
 from models.sensor_model import quantiser_variance
 
 Axis = Literal["x", "y", "z"]
+_ROW: dict[Axis, int] = {"x": 0, "y": 1, "z": 2}
 
 
 def sample_noise_std(density: float, bandwidth_hz: float) -> float:
@@ -29,11 +29,13 @@ def sample_noise_std(density: float, bandwidth_hz: float) -> float:
 class InertialSensor(MountedSensor):
     """Noise and bias of one axis, in the unit that the concrete sensor names.
 
-    The noise of a sample is white, with the density behind a single pole of
-    `bandwidth_hz`. A bias that starts with standard deviation `bias_std` > 0
-    becomes a state (a random walk of density `bias_walk`).
+    Its fields end in `si_unit`: ``noise_density_…``, ``range_…``, ``resolution_…``,
+    ``bias_std_…`` and ``bias_walk_…``. The noise of a sample is white, with the density
+    behind a single pole of `bandwidth_hz`. A bias that starts with standard deviation
+    `bias_std` > 0 becomes a state (a random walk of density `bias_walk`).
     """
 
+    si_unit: ClassVar[str]
     axes: tuple[Axis, ...] = Field(default=("x", "y", "z"), min_length=1)
     bandwidth_hz: PositiveFloat
 
@@ -65,64 +67,33 @@ class InertialSensor(MountedSensor):
         """Return the concrete sensor's field that begins with a stem, whatever its unit."""
         return next(field for field in cls.model_fields if field.startswith(stem))
 
+    def _value(self, stem: str) -> Any:
+        return getattr(self, self._field(stem))
 
-class Accelerometer(InertialSensor):
-    """Specific force along its axes, m/s²: at rest +g along the upward direction."""
+    @property
+    def reading_axes(self) -> tuple[tuple[str, str], ...]:
+        """The axes, in the unit of the concrete sensor."""
+        return tuple((axis, self.si_unit) for axis in self.axes)
 
-    kind: Literal["accelerometer"] = "accelerometer"
-    noise_density_m_s2_per_sqrt_hz: PositiveFloat
-    range_m_s2: PositiveFloat | None = None
-    resolution_m_s2: NonNegative = 0.0
-    bias_std_m_s2: NonNegative = 0.0
-    bias_walk_m_s2_per_sqrt_s: NonNegative = 0.0
+    def bias_states(self, name: str) -> BiasStates:
+        """Return a bias state per axis; none unless its initial std is positive."""
+        std = self._value("bias_std_")
+        if std == 0:
+            return BiasStates()
+        names = tuple(f"{name}_bias_{axis}_{self.si_unit}" for axis in self.axes)
+        return BiasStates(names, self.si_unit, std, self._value("bias_walk_"))
 
-
-class Gyroscope(InertialSensor):
-    """Angular rate about its axes, rad/s."""
-
-    kind: Literal["gyroscope"] = "gyroscope"
-    noise_density_rad_s_per_sqrt_hz: PositiveFloat
-    range_rad_s: PositiveFloat | None = None
-    resolution_rad_s: NonNegative = 0.0
-    bias_std_rad_s: NonNegative = 0.0
-    bias_walk_rad_s_per_sqrt_s: NonNegative = 0.0
-
-
-_AXIS = {"x": 0, "y": 1, "z": 2}
-
-
-def _inertial(
-    sensor: InertialSensor, body_vector: ca.SX, bias: ca.SX, density: float, resolution: float
-) -> tuple[ca.SX, Array]:
-    rows = [_AXIS[axis] for axis in sensor.axes]
-    in_sensor_axes = ca.DM(sensor.sensor_to_body).T @ body_vector
-    h = in_sensor_axes[rows]
-    if bias.numel():
-        h = h + bias
-    variance = sample_noise_std(density, sensor.bandwidth_hz) ** 2 + quantiser_variance(resolution)
-    return h, np.full(len(rows), np.sqrt(variance))
-
-
-def accelerometer_reading(sensor: Accelerometer, body: MovingBody, bias: ca.SX) -> SymbolicReading:
-    """Return the specific force at the sensor's place."""
-    force = body.rigid.specific_force(ca.SX(sensor.position_m), body.gravity_m_s2)
-    h, noise_std = _inertial(
-        sensor, force, bias, sensor.noise_density_m_s2_per_sqrt_hz, sensor.resolution_m_s2
-    )
-    return SymbolicReading(
-        h, noise_std, reading_limit=sensor.range_m_s2, resolution=sensor.resolution_m_s2
-    )
-
-
-def gyroscope_reading(sensor: Gyroscope, body: MovingBody, bias: ca.SX) -> SymbolicReading:
-    """Return the body rate."""
-    h, noise_std = _inertial(
-        sensor,
-        body.rigid.body_rate(),
-        bias,
-        sensor.noise_density_rad_s_per_sqrt_hz,
-        sensor.resolution_rad_s,
-    )
-    return SymbolicReading(
-        h, noise_std, reading_limit=sensor.range_rad_s, resolution=sensor.resolution_rad_s
-    )
+    def in_sensor_axes(self, body_vector: ca.SX, bias: ca.SX) -> SymbolicReading:
+        """Return the reading of a vector (3,) in body axes along the sensor's axes."""
+        rows = [_ROW[axis] for axis in self.axes]
+        in_sensor_axes = ca.DM(self.sensor_to_body).T @ body_vector
+        h = in_sensor_axes[rows]
+        if bias.numel():
+            h = h + bias
+        sample_std = sample_noise_std(self._value("noise_density_"), self.bandwidth_hz)
+        resolution = self._value("resolution_")
+        variance = sample_std**2 + quantiser_variance(resolution)
+        noise_std = np.full(len(rows), np.sqrt(variance))
+        return SymbolicReading(
+            h, noise_std, reading_limit=self._value("range_"), resolution=resolution
+        )

@@ -1,17 +1,21 @@
 """Sensors as data: what is mounted on the pen, where, and how good it is.
 
-A sensor never becomes a class of model or estimator: `models.sensor_kinds.table`
-turns any of these into symbolic readings.
+A kind of sensor is a file in this folder, with its data and what it reads, and a row of
+`models.sensor_kinds.table.KINDS`. What others want to know of a sensor is a column here;
+nothing asks which kind it is.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
+import casadi as ca
 import numpy as np
 from pydantic import Field, PositiveFloat, field_validator
 
 from models.config import UnitConfig
+from models.sensor_kinds.reading import BiasStates, MovingBody, SymbolicReading
 
 Vector3 = tuple[float, float, float]
 Matrix3 = tuple[Vector3, Vector3, Vector3]
@@ -32,12 +36,50 @@ class SensorBase(UnitConfig):
     dropout_fraction : part of the samples that get lost, each by itself; used by the
         simulator only
     sees_position : whether the tip's position stays bounded with this sensor
+    sees_pose : whether it reads position, m, and rotation vector, rad, of a target
+    feels_gravity : whether it reads specific force, m/s², along its axes
+    reads_rate : whether it reads angular rates, rad/s, about its axes
+    reads_touch : whether it reads the height of a plane, and only while the tip touches it
+    is_mounted : whether it has a place and an orientation, as a `MountedSensor`
     """
 
     sees_position: ClassVar[bool] = False
+    sees_pose: ClassVar[bool] = False
+    feels_gravity: ClassVar[bool] = False
+    reads_rate: ClassVar[bool] = False
+    reads_touch: ClassVar[bool] = False
+    is_mounted: ClassVar[bool] = False
+    if TYPE_CHECKING:
+        kind: str
     rate_hz: PositiveFloat | None = None
     delay_s: NonNegative = 0.0
     dropout_fraction: Annotated[float, Field(ge=0, lt=1)] = 0.0
+
+    @property
+    @abstractmethod
+    def reading_axes(self) -> tuple[tuple[str, str], ...]:
+        """(axis, SI unit) of each component of a reading.
+
+        ``(("x", "m_s2"), …)`` for an accelerometer; the units are keys of `models.units.UNITS`.
+        """
+
+    @abstractmethod
+    def symbolic_reading(self, body: MovingBody, bias: ca.SX) -> SymbolicReading:
+        """Return what the sensor reads on a body, in symbols of the state.
+
+        Parameters
+        ----------
+        bias : the sensor's bias states, as many as `bias_states` names
+        """
+
+    @property
+    def place_m(self) -> Vector3 | None:
+        """Where the tip is, for a sensor that says so without a reading; None for others."""
+        return None
+
+    def bias_states(self, name: str) -> BiasStates:
+        """Return the bias states of the sensor of this name; none for most kinds."""
+        return BiasStates()
 
 
 class MountedSensor(SensorBase):
@@ -49,6 +91,7 @@ class MountedSensor(SensorBase):
     sensor_to_body : rotation matrix by rows, v_body = sensor_to_body · v_sensor
     """
 
+    is_mounted: ClassVar[bool] = True
     position_m: Vector3 = (0.0, 0.0, 0.0)
     sensor_to_body: Matrix3 = IDENTITY
 

@@ -1,104 +1,59 @@
-"""What a sensor on a rigid body reads: symbols for every kind, derived.
-
-One table, `SYMBOLIC_READINGS`, maps a sensor kind to a function that takes the
-sensor, the moving body and its bias states and returns a `SymbolicReading`.
-"""
+"""The kinds of sensors, a row each, and a sensor on a body as functions of the state."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, TypeAlias, Union
 
 import casadi as ca
 from pydantic import Field
 
-from models.sensor_kinds.contact import Contact, contact_reading
-from models.sensor_kinds.inertial import (
-    Accelerometer,
-    Gyroscope,
-    accelerometer_reading,
-    gyroscope_reading,
-)
-from models.sensor_kinds.pose_camera import PoseCamera, pose_camera_reading
-from models.sensor_kinds.reading import BiasStates, MovingBody, SymbolicReading
-from models.sensor_kinds.writing_area import WritingArea, writing_area_reading
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.contact import Contact
+from models.sensor_kinds.gyroscope import Gyroscope
+from models.sensor_kinds.mounted import SensorBase
+from models.sensor_kinds.pose_camera import PoseCamera
+from models.sensor_kinds.reading import MovingBody
+from models.sensor_kinds.writing_area import WritingArea
 from models.sensor_model import SensorModel
 
-
-def reading_axes(sensor: Any) -> tuple[tuple[str, str], ...]:
-    """Return (axis, SI unit) of each component of a sensor's reading.
-
-    ``(("x", "m_s2"), …)`` for an accelerometer; the units are keys of `models.units.UNITS`.
-    """
-    match sensor:
-        case Accelerometer():
-            return tuple((axis, "m_s2") for axis in sensor.axes)
-        case Gyroscope():
-            return tuple((axis, "rad_s") for axis in sensor.axes)
-        case PoseCamera():
-            return tuple((axis, "m") for axis in "xyz") + tuple((f"r{a}", "rad") for a in "xyz")
-        case Contact():
-            return (("z", "m"),)
-        case WritingArea():
-            return tuple((axis, "m") for axis in "xyz")
-    raise TypeError(f"{type(sensor).__name__} is not a sensor")
-
-
-def bias_states(name: str, sensor: Any) -> BiasStates:
-    """Return the bias states of a sensor; none unless its initial std is positive."""
-    match sensor:
-        case Accelerometer():
-            unit, std, walk = "m_s2", sensor.bias_std_m_s2, sensor.bias_walk_m_s2_per_sqrt_s
-        case Gyroscope():
-            unit, std, walk = "rad_s", sensor.bias_std_rad_s, sensor.bias_walk_rad_s_per_sqrt_s
-        case _:
-            return BiasStates()
-    if std == 0:
-        return BiasStates()
-    names = tuple(f"{name}_bias_{axis}_{unit}" for axis in sensor.axes)
-    return BiasStates(names, unit, std, walk)
-
-
-Sensor = Annotated[
-    Accelerometer | Gyroscope | PoseCamera | Contact | WritingArea,
-    Field(discriminator="kind"),
-]
-
-
-SENSOR_KINDS: dict[str, type[Any]] = {
-    kind.model_fields["kind"].default: kind
-    for kind in (Accelerometer, Gyroscope, PoseCamera, Contact, WritingArea)
-}
-
-
-SYMBOLIC_READINGS: Mapping[str, Callable[[Any, MovingBody, ca.SX], SymbolicReading]] = (
-    MappingProxyType(
-        {
-            "accelerometer": accelerometer_reading,
-            "gyroscope": gyroscope_reading,
-            "pose_camera": pose_camera_reading,
-            "contact": contact_reading,
-            "writing_area": writing_area_reading,
-        }
-    )
+KINDS: tuple[type[SensorBase], ...] = (
+    Accelerometer,
+    Gyroscope,
+    PoseCamera,
+    Contact,
+    WritingArea,
 )
+"""A kind of sensor exists, for pen files and everything after them, with its row here."""
+
+SENSOR_KINDS: Mapping[str, type[SensorBase]] = MappingProxyType(
+    {kind.model_fields["kind"].default: kind for kind in KINDS}
+)
+"""Name of a kind, the key ``kind`` of a pen file → its class."""
+
+if TYPE_CHECKING:
+    Sensor: TypeAlias = SensorBase
+else:
+    Sensor = Annotated[Union[KINDS], Field(discriminator="kind")]  # noqa: UP007
 
 
-def sensor_model(name: str, sensor: Any, body: MovingBody, x: ca.SX, bias: ca.SX) -> SensorModel:
+def sensor_model(
+    name: str, sensor: SensorBase, body: MovingBody, x: ca.SX, bias: ca.SX
+) -> SensorModel:
     """Turn a sensor as data into functions of the state.
 
     Parameters
     ----------
     name : the sensor's name
-    sensor : one of `models.sensor_kinds.table.Sensor`
+    sensor : of one of `KINDS`
     body : what it is mounted on, in symbols of `x`
     x : (n_x,) the whole state
     bias : the sensor's bias states, a part of x, possibly empty
     """
-    reading = SYMBOLIC_READINGS[sensor.kind](sensor, body, bias)
-    axes, units = zip(*reading_axes(sensor), strict=True)
-    biases = bias_states(name, sensor)
+    reading = sensor.symbolic_reading(body, bias)
+    axes, units = zip(*sensor.reading_axes, strict=True)
+    biases = sensor.bias_states(name)
     y = ca.SX.sym("y", len(axes))
     residual = reading.residual(y) if reading.residual else y - reading.h
     return SensorModel(
@@ -119,4 +74,5 @@ def sensor_model(name: str, sensor: Any, body: MovingBody, x: ca.SX, bias: ca.SX
         dropout_fraction=sensor.dropout_fraction,
         bias_states=biases.names,
         bias_walk=biases.walk,
+        sees_pose=sensor.sees_pose,
     )

@@ -25,8 +25,17 @@ class WritingArea(SensorBase):
     std_m: PositiveFloat = 1.0
     rate_hz: PositiveFloat | None = 100.0
 
+    @property
+    def place_m(self) -> Vector3:
+        """The centre."""
+        return self.centre_m
 
-def writing_area_reading(sensor: WritingArea, body: MovingBody, bias: ca.SX) -> SymbolicReading:
-    """Return the tip, whose constant reading is the centre."""
-    centre = np.array(sensor.centre_m)
-    return SymbolicReading(body.rigid.tip, np.full(3, sensor.std_m), constant_reading=centre)
+    @property
+    def reading_axes(self) -> tuple[tuple[str, str], ...]:
+        """The tip's position."""
+        return tuple((axis, "m") for axis in "xyz")
+
+    def symbolic_reading(self, body: MovingBody, bias: ca.SX) -> SymbolicReading:
+        """Return the tip, whose constant reading is the centre."""
+        centre = np.array(self.centre_m)
+        return SymbolicReading(body.rigid.tip, np.full(3, self.std_m), constant_reading=centre)

@@ -18,7 +18,6 @@ import pandas as pd
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig, kinematic_states
-from models.sensor_kinds.table import bias_states, reading_axes
 from models.units import TIME_DIGITS, UNITS, accepted_names
 
 TIME, TRUTH_PREFIX = "time", "true_"
@@ -51,8 +50,8 @@ def recording_columns(pen: PenConfig, units: Mapping[str, str]) -> dict[str, Col
     columns = {f"{TIME}_{unit}": Column(TIME, unit, f) for unit, f in UNITS["s"].items()}
     states = [state for state, _ in kinematic_states(6)]
     for sensor, config in pen.sensors.items():
-        states += bias_states(sensor, config).names
-        for axis, si_unit in reading_axes(config):
+        states += config.bias_states(sensor).names
+        for axis, si_unit in config.reading_axes:
             quantity, accepted = f"{sensor}_{axis}", UNITS[si_unit]
             for unit, factor in accepted.items():
                 columns[f"{quantity}_{unit}"] = Column(quantity, unit, factor)
@@ -66,7 +65,7 @@ def recording_columns(pen: PenConfig, units: Mapping[str, str]) -> dict[str, Col
 
 
 def column_units(
-    headers: Iterable[str], pen: PenConfig, units: Mapping[str, str] | None = None
+    headers: Iterable[str], pen: PenConfig, *, units: Mapping[str, str] | None = None
 ) -> Mapping[str, str]:
     """Return sensor name → the unit that its columns are read in, where they share one.
 
@@ -79,7 +78,7 @@ def column_units(
     unit_of = {columns[header].quantity: columns[header].unit for header in headers}
     shared = {}
     for sensor, config in pen.sensors.items():
-        read = {unit_of.get(f"{sensor}_{axis}", "") for axis, _ in reading_axes(config)}
+        read = {unit_of.get(f"{sensor}_{axis}", "") for axis, _ in config.reading_axes}
         if len(read) == 1 and read != {""}:
             shared[sensor] = read.pop()
     return shared
@@ -110,7 +109,7 @@ def check_units_given(
 ) -> None:
     """Raise `InputError` for a unit of a sensor without such columns, or of something else."""
     for sensor, unit in units.items():
-        axes = reading_axes(pen.sensors[sensor]) if sensor in pen.sensors else ()
+        axes = pen.sensors[sensor].reading_axes if sensor in pen.sensors else ()
         if not {f"{sensor}_{axis}" for axis, _ in axes} & set(headers):
             raise InputError(
                 f"{where}: a unit is given for {sensor}, expected columns of it "
@@ -124,7 +123,13 @@ def check_units_given(
 
 
 def numbers(cells: pd.Series, where: str) -> Array:
-    """Return a column's numbers (n,), NaN where a cell is empty; all else must be finite."""
+    """Return a column's numbers (n,), NaN where a cell is empty; all else must be finite.
+
+    Raises
+    ------
+    InputError
+        If a cell holds anything else; the message names column and row.
+    """
     if cells.dtype.kind in "mM":  # pandas would count a date's nanoseconds
         raise InputError(f"{where}: column {cells.name} holds {cells.dtype}, expected numbers")
     values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
@@ -138,7 +143,13 @@ def numbers(cells: pd.Series, where: str) -> Array:
 
 
 def increasing_times(time_s: Array, header: str, where: str) -> Array:
-    """Return times (n,) to the nanosecond; none may be missing, repeated or go backward."""
+    """Return times (n,) to the nanosecond; none may be missing, repeated or go backward.
+
+    Raises
+    ------
+    InputError
+        If one is or does; the message names the row.
+    """
     empty = np.flatnonzero(np.isnan(time_s))
     if len(empty):
         raise InputError(

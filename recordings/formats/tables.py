@@ -27,17 +27,19 @@ from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig
-from models.sensor_kinds.table import reading_axes
 from recordings.formats.columns import (
     TIME,
     TRUTH_PREFIX,
     check_units_given,
+    column_units,
     expected_for,
     increasing_times,
     numbers,
     recording_columns,
     spellings,
 )
+from recordings.plausible_units import check_units
+from recordings.written import WrittenRecording
 
 TABLE_SUFFIXES = (".csv", ".parquet")
 
@@ -54,7 +56,7 @@ def read_table(path: Path) -> pd.DataFrame:
     if path.suffix not in TABLE_SUFFIXES:
         raise InputError(
             f"{where}: suffix {path.suffix or '(none)'} is unknown, "
-            "expected .csv, .parquet or a D-POINT folder"
+            f"expected {', '.join(TABLE_SUFFIXES)}"
         )
     try:
         is_empty = path.stat().st_size == 0
@@ -142,8 +144,18 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
         table.to_parquet(path, index=False)
 
 
+def load_table(
+    path: Path, pen: PenConfig, *, units: Mapping[str, str] | None = None
+) -> WrittenRecording:
+    """Read a recording from a table whose units make sense; see `recording_from_table`."""
+    table = read_table(path)
+    recording = recording_from_table(table, pen, str(path), units=units)
+    check_units(recording, pen, read_as=column_units(table.columns, pen, units=units))
+    return WrittenRecording(recording)
+
+
 def recording_from_table(
-    table: pd.DataFrame, pen: PenConfig, name: str, units: Mapping[str, str] | None = None
+    table: pd.DataFrame, pen: PenConfig, name: str, *, units: Mapping[str, str] | None = None
 ) -> Recording:
     """Turn a table into a recording of the pen's sensors that it has columns of.
 
@@ -187,7 +199,7 @@ def recording_from_table(
     time_s = increasing_times(values[TIME], found[TIME], where)
     readings = {}
     for sensor, config in pen.sensors.items():
-        axes = [f"{sensor}_{axis}" for axis, _ in reading_axes(config)]
+        axes = [f"{sensor}_{axis}" for axis, _ in config.reading_axes]
         missing = [axis for axis in axes if axis not in found]
         if len(missing) == len(axes):
             continue
@@ -214,7 +226,7 @@ def recording_to_table(recording: Recording, pen: PenConfig) -> pd.DataFrame:
     """Return a recording as a table with units in its headers, truth included."""
     columns: dict[str, Array] = {"time_s": recording.time_s}
     for sensor, values in recording.readings.items():
-        for i, (axis, unit) in enumerate(reading_axes(pen.sensors[sensor])):
+        for i, (axis, unit) in enumerate(pen.sensors[sensor].reading_axes):
             columns[f"{sensor}_{axis}_{unit}"] = values[:, i]
     if recording.truth is not None:
         # The truth may be given at more instants than the readings.

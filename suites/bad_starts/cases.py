@@ -210,7 +210,7 @@ def case_model(case: BadStart) -> StateSpaceModel:
 def case_recording(case: BadStart, seed: int) -> Recording:
     """Return the recording of a seed, with its truth."""
     if case.motion == DRAWN:
-        return simulate_model(case_model(case), case.duration_s, seed)
+        return simulate_model(case_model(case), case.duration_s, seed=seed)
     motion = strokes_from_rest(seed) if case.motion == FROM_REST else motion_named(case.motion)
     return simulate_recording(case_pen(case), case.sensors, motion, case.duration_s, seed)
 

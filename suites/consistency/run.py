@@ -144,7 +144,7 @@ def run_case(
     mean_nees, nis_per_row = [], []
     for seed in seeds:
         if case.motion == DRAWN:
-            recording = simulate_model(model, case.duration_s, seed)
+            recording = simulate_model(model, case.duration_s, seed=seed)
         else:
             recording = simulate_recording(pen, sensors, case.motion, case.duration_s, seed)
         assert recording.truth is not None

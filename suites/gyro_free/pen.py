@@ -18,7 +18,9 @@ import numpy as np
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.pen import PenConfig, Prior, ProcessNoise, moving_pen, pen_model
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope, sample_noise_std
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
+from models.sensor_kinds.inertial import sample_noise_std
 from models.sensor_kinds.mounted import Matrix3
 from models.sensor_kinds.table import Sensor
 from models.state_space import StateSpaceModel

@@ -48,7 +48,13 @@ def array_tasks(seeds: int, segments: Mapping[str, int]) -> list[Task]:
 
 
 def run(task: Task, scope: Scope) -> Outcome:
-    """Run one task."""
+    """Run one task.
+
+    Raises
+    ------
+    InputError
+        If its case is unknown, or has no data.
+    """
     if task.case in ARRAY_CASES:
         if scope.data is None:
             raise InputError(f"case {task.case} has no data, expected a folder of recordings")

@@ -83,7 +83,13 @@ class WindowCase:
 def window_table(
     windows: int, seed: int = 0, horizons: Sequence[int] = HORIZONS
 ) -> tuple[WindowKey, ...]:
-    """Return the keys of a table: models and kinds in turn, no two with the same seed."""
+    """Return the keys of a table: models and kinds in turn, no two with the same seed.
+
+    Raises
+    ------
+    InputError
+        If it would be empty.
+    """
     if windows < 1:
         raise InputError(f"windows is {windows}, expected at least 1")
     pairs = list(product(KINDS, window_models()))
@@ -97,7 +103,13 @@ def window_table(
 
 
 def window_case(key: WindowKey) -> WindowCase:
-    """Return the window of a key, always the same one."""
+    """Return the window of a key, always the same one.
+
+    Raises
+    ------
+    InputError
+        If model or kind is unknown.
+    """
     if key.model not in window_models():
         raise InputError(
             f"model {key.model} is unknown, expected one of {', '.join(window_models())}"
@@ -146,7 +158,7 @@ def _recording(
     body, seed = key.model.split()[0], int(rng.integers(2**31))
     if body == "turntable":
         if rng.choice(kind.table_motions) == DRAWN:
-            return simulate_model(model, duration_s, seed)
+            return simulate_model(model, duration_s, seed=seed)
         return simulate_table(paper_turntable(), duration_s, seed)
     pen = find_pen("reference").model_copy(update={"degrees_of_freedom": int(body[3:])})
     motion = str(rng.choice(kind.motions))
@@ -194,7 +206,7 @@ def _lossy(
         if rng.random() < kind.sensor_loss:
             first, last = np.sort(rng.integers(0, n + 1, 2))
             y[first:last, columns] = np.nan
-        if sensor.kind == "pose_camera":
+        if sensor.sees_pose:
             there = np.flatnonzero(np.isfinite(y[:, columns]).any(axis=1))
             y[np.setdiff1d(there, there[::every]), columns] = np.nan
     return [Measurement(m.time_s, row) for m, row in zip(measurements, y, strict=True)]

@@ -48,7 +48,13 @@ class NewtonStep:
 
 
 class NewtonCheck:
-    """Newton steps of windows with N + 1 stages of a model without bounds and inequalities."""
+    """Newton steps of windows with N + 1 stages of a model without bounds and inequalities.
+
+    Raises
+    ------
+    InputError
+        If the model has bounds or inequalities.
+    """
 
     def __init__(self, model: StateSpaceModel, config: WindowConfig) -> None:
         self.model, self._problem = model, WindowProblem.build(model, config)

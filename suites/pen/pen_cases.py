@@ -11,7 +11,6 @@ from benchmark.configurations import BENCHMARK_ESTIMATORS, CONFIGURATIONS
 from models.gentle_hand import BY_SPEED
 from models.pen import PenConfig, Prior, ProcessNoise
 from models.pen_file import find_pen
-from models.sensor_kinds.mounted import MountedSensor
 
 PEN_ESTIMATORS = BENCHMARK_ESTIMATORS
 MOTION, DURATION_S = "handwriting", 4.0
@@ -111,7 +110,7 @@ def _neglecting(pen: PenConfig) -> PenConfig:
     prior, noise = pen.prior, pen.process_noise
     sensors = {
         name: sensor.model_copy(update={"position_m": (0.0, 0.0, 0.0)})
-        if isinstance(sensor, MountedSensor)
+        if sensor.is_mounted
         else sensor
         for name, sensor in pen.sensors.items()
     }

@@ -63,6 +63,11 @@ class StartTrial:
         larger calls fewer runs lost
     settings : of the estimator, by name
     table : the turntable; both its axes run at their rates
+
+    Raises
+    ------
+    InputError
+        If the configuration is unknown, or a number is outside its range.
     """
 
     configuration: str

@@ -21,11 +21,11 @@ from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig, pen_model
 from models.pen_file import find_pen
-from models.sensor_kinds.pose_camera import PoseCamera
 from pen_mhe.estimators import create_estimator
+from recordings.formats.dpoint import load_dpoint
 from recordings.ink import ink_match
 from recordings.thinning import CameraThinning, left_out_error, thinned
-from recordings.written import WrittenRecording, load_dpoint
+from recordings.written import WrittenRecording
 
 PEN, FOLDER = "dpoint", "dpoint_pen"
 CAMERA_RATES_HZ = (30, 15, 10, 6, 5, 3)
@@ -120,7 +120,7 @@ def elevation_quantities(
 
 def camera_elevation(pen: PenConfig, recording: Recording) -> tuple[Array, Array]:
     """Return times (n,) and elevations (n,), rad, of the pen's axis as the camera sees it."""
-    cameras = [sensor for sensor in pen.sensors.values() if isinstance(sensor, PoseCamera)]
+    cameras: list[Any] = [sensor for sensor in pen.sensors.values() if sensor.sees_pose]
     times, poses = recording.sensor("camera")
     axis_in_sensor = np.array(cameras[0].sensor_to_body).T @ [0.0, 0.0, 1.0]
     axis = Rotation.from_rotvec(poses[:, 3:]).apply(axis_in_sensor)

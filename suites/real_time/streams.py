@@ -13,7 +13,7 @@ from estimation.recording import Recording
 from models.pen import pen_model
 from models.pen_file import find_pen
 from models.state_space import StateSpaceModel
-from recordings.written import load_dpoint
+from recordings.formats.dpoint import load_dpoint
 
 SECONDS = 8.0
 """Of a simulated stream."""

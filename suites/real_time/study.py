@@ -13,6 +13,7 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 from benchmark.console import console, print_table, progress
+from benchmark.report.numbers import in_unit
 from estimation.output_folder import prepare_folder
 from mhe.reuse import REUSE_THRESHOLD
 from pen_mhe.figures import save
@@ -20,7 +21,6 @@ from suites.real_time.deadlines import DeadlineRow, deadline_rows, total_steps
 from suites.real_time.reuse import ReuseRow, reuse_rows
 from suites.real_time.sample_times import TimeRow, time_rows
 from suites.real_time.streams import CASES, available
-from suites.speed.figures import in_unit
 
 CLOSE_STD = 0.05
 RATIOS: Mapping[int, float] = {20: 1 / 2, 100: 1 / 3}

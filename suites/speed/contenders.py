@@ -83,11 +83,11 @@ def sample_contenders(dt: float) -> tuple[Entry[Sample], ...]:
                 mode,
                 partial(ExportedStep, name=name, real=real, settings=settings),
                 horizon=horizon,
-                judged=name == "ekf",
+                judged=judged,
             )
-            for name, horizon, settings in (
-                ("ekf", FILTER_HORIZON, {}),
-                ("mhe-rti", LIVE_HORIZON, LIVE),
+            for name, horizon, settings, judged in (
+                ("ekf", FILTER_HORIZON, {}, True),
+                ("mhe-rti", LIVE_HORIZON, LIVE, False),
             )
             for mode, real in ((EXPORTED, "double"), (EXPORTED_FLOAT, "float"))
         ),

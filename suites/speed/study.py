@@ -11,10 +11,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 from benchmark.console import console, print_table, progress
+from benchmark.report.numbers import in_unit
 from estimation.output_folder import prepare_folder
 from pen_mhe.figures import save
 from suites.speed.export import write_problem
-from suites.speed.figures import contender_figure, horizon_figure, in_unit
+from suites.speed.figures import contender_figure, horizon_figure
 from suites.speed.problems import PROBLEMS, Problem, find_problem
 from suites.speed.rows import Row, write_rows
 from suites.speed.suite import StreamPlan, few, race_filters, race_reuse, race_windows

@@ -15,7 +15,7 @@ from models.arrays import Array
 from models.pen import pen_model
 from models.pen_file import find_pen
 from models.state_space import StateSpaceModel
-from recordings.written import load_dpoint
+from recordings.formats.dpoint import load_dpoint
 from tests.codegen.streams import compare
 from tests.engines import needs_compiler
 

@@ -12,7 +12,8 @@ from estimation.observability import Observability, observability
 from estimation.recording import Measurement
 from models.arrays import Array
 from models.pen import pen_model
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_kinds.writing_area import WritingArea
 from models.state_space import StateSpaceModel

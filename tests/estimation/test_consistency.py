@@ -18,7 +18,7 @@ from mhe.reference.ipopt import MheIpopt
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import pen_model
-from models.sensor_kinds.inertial import Gyroscope
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.state_space import StateSpaceModel
 from tests.linear_models import LinearSystem, coupled_system
 from tests.models.pens import GYROSCOPE, pen

@@ -35,7 +35,7 @@ def recording(n: int = 12) -> Recording:
 
 def test_run_is_the_loop_of_steps() -> None:
     data, seen = recording(), []
-    history = run(Ekf(SYSTEM.model), data, seen.append, covariances=True)
+    history = run(Ekf(SYSTEM.model), data, on_step=seen.append, covariances=True)
     ekf = Ekf(SYSTEM.model)
     state = ekf.init()
     for k, measurement in enumerate(data.measurements(SYSTEM.model)):

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from estimation.observability import Observability, observability_matrix
 from estimation.recording import Measurement
 from models.arrays import Array
-from models.sensor_kinds.inertial import Accelerometer
+from models.sensor_kinds.accelerometer import Accelerometer
 from models.state_space import StateSpaceModel
 from tests.estimation.exact_motions import (
     ACCEL_AT,

@@ -23,7 +23,7 @@ def small() -> Recording:
             "accel": (np.array([0.0, 0.1, 0.2, 0.3]), np.arange(8.0).reshape(4, 2)),
             "camera": (np.array([0.05, 0.2]), np.array([[10.0], [20.0]])),
         },
-        Truth(np.array([0.0]), ("tip_x_m",), np.zeros((1, 1))),
+        truth=Truth(np.array([0.0]), ("tip_x_m",), np.zeros((1, 1))),
     )
 
 

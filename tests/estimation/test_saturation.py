@@ -19,7 +19,8 @@ from mhe.config import MheConfig, MheIpoptConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.reference.ipopt import MheIpopt
 from models.pen import pen_model
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_model import SATURATED_FRACTION
 from models.state_space import StateSpaceModel

@@ -34,7 +34,7 @@ def model_of(
     degrees_of_freedom: int = 6,
 ) -> StateSpaceModel:
     config = find_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
-    return pen_model(config, sensors, writing_area)
+    return pen_model(config, sensors, writing_area=writing_area)
 
 
 def states_of(model: StateSpaceModel) -> Array:
@@ -73,24 +73,26 @@ def test_an_area_has_one_centre() -> None:
     np.testing.assert_array_equal(centre, [0.1, 0.1, 0.0])
     assert heading_holds(model)
     for elsewhere in (None, np.array([0.1, 0.09, 0.0])):
-        other = model.replace(symmetries=(heading_symmetry(6, model.n_x, elsewhere),))
+        other = model.replace(symmetries=(heading_symmetry(6, model.n_x, centre_m=elsewhere),))
         assert not heading_holds(other)
     # The axis is vertical: its height says nothing.
-    higher = model.replace(symmetries=(heading_symmetry(6, model.n_x, np.array([0.1, 0.1, 0.3])),))
+    higher = model.replace(
+        symmetries=(heading_symmetry(6, model.n_x, centre_m=np.array([0.1, 0.1, 0.3])),)
+    )
     assert heading_holds(higher)
 
 
 def test_without_an_area_every_centre_is_as_good() -> None:
     model = model_of(("accel", "gyro"), writing_area=False, pen="dpoint")
     for centre in (np.zeros(3), np.array([0.4, -0.2, 0.1])):
-        symmetry = heading_symmetry(6, model.n_x, centre)
+        symmetry = heading_symmetry(6, model.n_x, centre_m=centre)
         assert heading_holds(model.replace(symmetries=(symmetry,)))
 
 
 def test_one_state_that_shows_it_is_enough() -> None:
     """A tip at rest on the wrong axis stays where it is; in any other state it moves."""
     model = model_of(("accel", "gyro"), pen="dpoint")
-    wrong = heading_symmetry(6, model.n_x, np.array([0.1, 0.2, 0.0]))
+    wrong = heading_symmetry(6, model.n_x, centre_m=np.array([0.1, 0.2, 0.0]))
     on_its_axis = model.prior.mean.copy()
     on_its_axis[:3] = [0.1, 0.2, 0.0]
     assert holds(model, wrong, on_its_axis[None, :], STEP_S)

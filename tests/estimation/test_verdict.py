@@ -17,7 +17,7 @@ from estimation.observability import (
 )
 from estimation.recording import Measurement
 from models.pen import pen_model
-from models.sensor_kinds.inertial import Gyroscope
+from models.sensor_kinds.gyroscope import Gyroscope
 from tests.estimation.exact_motions import (
     ACCELERATIONS,
     CONFIGURATIONS,

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from models.pen import PenConfig
+from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.contact import Contact
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_kinds.writing_area import WritingArea
 

@@ -9,7 +9,8 @@ import pytest
 from models.kinematics import RigidBody
 from models.pen import pen_model
 from models.rotation import world_to_body
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, GYROSCOPE, Array, call, pen, random_state
 

@@ -17,7 +17,8 @@ from models import printed
 from models.kinematics import RigidBody
 from models.pen import pen_model
 from models.rotation import world_to_body
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.state_space import StateSpaceModel
 from models.turntable import world_to_table
 from tests.models.pens import ACCELEROMETER, GYROSCOPE, Array, call, matrix, pen, random_state

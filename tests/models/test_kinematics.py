@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from models.pen import pen_model
+from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.contact import Contact
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.writing_area import WritingArea
 from models.state_space import StateSpaceModel
 from tests.models.pens import (

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from models.manifold import additive_manifold
 from models.pen import pen_model
-from models.sensor_kinds.inertial import Accelerometer
+from models.sensor_kinds.accelerometer import Accelerometer
 from tests.models.pens import ACCELEROMETER, Array, call, pen
 
 SENSORS = {"accel": Accelerometer(**ACCELEROMETER, bias_std_m_s2=0.3)}

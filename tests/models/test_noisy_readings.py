@@ -12,7 +12,8 @@ from scipy.stats import binom, chi2
 from models.motions import sample_motion
 from models.noisy_readings import noisy_readings
 from models.pen import pen_model
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_model import SensorModel
 from models.simulation import sample_times, simulate_readings, true_states
@@ -56,7 +57,7 @@ def simulated(
     config = pen(degrees_of_freedom, {"it": sensor(rate_hz=RATE_HZ, **PLACE, **noise, **changes)})
     model = pen_model(config)
     times = sample_times(model, DURATION_S)
-    states = true_states(model, sample_motion("handwriting", times["it"], SEED), SEED)
+    states = true_states(model, sample_motion("handwriting", times["it"], seed=SEED), SEED)
     readings = simulate_readings(model, times, times["it"], states, SEED)
     return model.sensor("it"), readings.sensors["it"][1], states
 

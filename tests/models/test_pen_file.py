@@ -13,7 +13,8 @@ import pytest
 from models.errors import InputError
 from models.pen import pen_model
 from models.pen_file import load_pen, parse_pen, presets
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
 
 G = 9.80665

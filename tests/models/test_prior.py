@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from models.pen import PenConfig, Prior, pen_model
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, FIXED_SPIN_RAD, GYROSCOPE, call, pen
 

@@ -17,7 +17,8 @@ from models.process_noise import (
     white_acceleration_factor,
     white_jerk_factor,
 )
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, GYROSCOPE, Array, call, matrix, pen, random_state
 

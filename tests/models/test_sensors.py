@@ -11,7 +11,9 @@ from scipy.integrate import quad
 
 from models.pen import pen_model
 from models.pen_file import parse_pen
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope, sample_noise_std
+from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
+from models.sensor_kinds.inertial import sample_noise_std
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_model import SensorModel
 from tests.models.pens import ACCELEROMETER, CAMERA, GYROSCOPE, pen

@@ -10,8 +10,9 @@ from pydantic import ValidationError
 
 from models.paper import Paper
 from models.pen import PenConfig, Prior, ProcessNoise
+from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.contact import Contact
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_kinds.table import SENSOR_KINDS
 from models.sensor_kinds.writing_area import WritingArea

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from models.pen import PenConfig, Prior, pen_model
+from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.contact import Contact
-from models.sensor_kinds.inertial import Accelerometer, Gyroscope
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_kinds.writing_area import WritingArea
 from models.sensor_model import SensorModel

@@ -49,14 +49,14 @@ def refused_in(recording: Recording, pen: PenConfig, what: str) -> str:
     readings = {**recording.readings, name: recording.readings[name] * factor}
     wrong = dataclasses.replace(recording, readings=readings)
     with pytest.raises(InputError) as caught:
-        check_units(wrong, pen, READ_RIGHT | {name: what.split(" as ")[1]})
+        check_units(wrong, pen, read_as=READ_RIGHT | {name: what.split(" as ")[1]})
     return str(caught.value)
 
 
 def check_all(recording: Recording, pen: PenConfig, wrong: dict[str, Any]) -> None:
     """Right units pass; each wrong one is told apart from all others."""
     check_units(recording, pen)
-    check_units(recording, pen, READ_RIGHT)
+    check_units(recording, pen, read_as=READ_RIGHT)
     for what, (name, _, looks_like) in wrong.items():
         message = refused_in(recording, pen, what)
         read = what.split(" as ")[1]
@@ -125,7 +125,7 @@ def test_largest_rates_without_an_accelerometer() -> None:
     )
     check_units(few, PEN)
     check_units(with_rates(rng.normal(0, 10, (1000, 3))), PEN)
-    check_units(with_rates(rng.normal(0, 1e4, (1000, 3))), PEN, {"gyro": "deg_s"})
+    check_units(with_rates(rng.normal(0, 1e4, (1000, 3))), PEN, read_as={"gyro": "deg_s"})
 
 
 def test_a_gyroscope_may_have_a_larger_range() -> None:
@@ -175,7 +175,7 @@ def test_mounting_and_order_of_axes_are_respected() -> None:
 
 def test_a_sensor_whose_unit_is_unknown_is_not_checked() -> None:
     t, rate, up = swinging(5)
-    check_units(Recording("mixed", t, {"accel": up, "gyro": rate / DEG}), PEN, {})
+    check_units(Recording("mixed", t, {"accel": up, "gyro": rate / DEG}), PEN, read_as={})
 
 
 def test_the_real_pen(dpoint_folder: Path) -> None:
@@ -210,5 +210,5 @@ def test_a_shaken_array(data_folder: Path, unit: int) -> None:
     shaken = t > 510
     part = Recording("shaken", t[shaken], {name: v[shaken] for name, v in readings.items()})
     check_units(part, pen)
-    check_units(part, pen, {"accel": "g", "gyro": "deg_s"})
+    check_units(part, pen, read_as={"accel": "g", "gyro": "deg_s"})
     assert "looks like deg_s" in refused_in(part, pen, "deg_s as rad_s")

@@ -115,7 +115,7 @@ def test_a_drawn_recording_is_the_models() -> None:
     """The truth of the motion `model` makes one step after the other with unit noises."""
     model = pen_model(find_pen("reference"), SENSORS)
     named = simulate_recording(find_pen("reference"), SENSORS, "model", 2.0, 3)
-    drawn = simulate_model(model, 2.0, 3)
+    drawn = simulate_model(model, 2.0, seed=3)
     assert drawn.truth is not None
     np.testing.assert_array_equal(
         of_truth(named, model.state_names, named.time_s), drawn.truth.values

@@ -74,21 +74,21 @@ def test_units_by_option() -> None:
     columns = {f"accel_{axis}_m_s2": None for axis in "xyz"}
     columns |= {f"accel_{axis}": [2.0, 2.0, 2.0] for axis in "xyz"}
     plain = recording_from_table(table(**columns), PEN, "r")
-    in_g = recording_from_table(table(**columns), PEN, "r", {"accel": "g"})
+    in_g = recording_from_table(table(**columns), PEN, "r", units={"accel": "g"})
     np.testing.assert_allclose(plain.readings["accel"], 2.0)
     np.testing.assert_allclose(in_g.readings["accel"], 2.0 * STANDARD_GRAVITY_M_S2)
     with pytest.raises(InputError, match="unit furlong of accel is unknown, expected m_s2 or g"):
-        recording_from_table(table(**columns), PEN, "r", {"accel": "furlong"})
+        recording_from_table(table(**columns), PEN, "r", units={"accel": "furlong"})
 
 
 def test_a_unit_applies_to_what_it_measures() -> None:
     """A camera has positions and angles: one unit cannot mean both."""
     camera = {f"camera_{axis}": [100.0] * 3 for axis in ("x", "y", "z")}
     camera |= {f"camera_r{axis}": [0.1] * 3 for axis in ("x", "y", "z")}
-    recording = recording_from_table(table(**camera), PEN, "r", {"camera": "mm"})
+    recording = recording_from_table(table(**camera), PEN, "r", units={"camera": "mm"})
     np.testing.assert_allclose(recording.readings["camera"], [[0.1] * 6] * 3)
     with pytest.raises(InputError, match="expected m or cm or mm or rad or deg"):
-        recording_from_table(table(**camera), PEN, "r", {"camera": "g"})
+        recording_from_table(table(**camera), PEN, "r", units={"camera": "g"})
 
 
 def test_truth_in_any_unit() -> None:
@@ -133,7 +133,7 @@ def test_units_that_the_columns_were_read_in() -> None:
     headers = table(**columns).columns
     assert column_units(headers, PEN) == {"accel": "m_s2", "gyro": "deg_s"}
     plain = ["time_s", *(f"accel_{axis}" for axis in "xyz")]
-    assert column_units(plain, PEN, {"accel": "g"}) == {"accel": "g"}
+    assert column_units(plain, PEN, units={"accel": "g"}) == {"accel": "g"}
     assert column_units(["time_s", "accel_x_g", "accel_y_mg", "accel_z_g"], PEN) == {}
 
 

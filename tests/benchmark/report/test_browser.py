@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from benchmark.report.report import write_report
+from benchmark.report.content import content
+from benchmark.report.report import write_content
 from tests.benchmark.report import synthetic
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
@@ -51,7 +52,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     folder: Path = tmp_path_factory.mktemp("page")
     suites = synthetic.suites(folder)
-    return write_report(synthetic.results(), suites, synthetic.RUN, folder).as_uri()
+    return write_content(content(synthetic.results(), suites, synthetic.RUN), folder).as_uri()
 
 
 @pytest.fixture

@@ -11,10 +11,11 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from benchmark.report.numbers import in_unit
 from commands.cli import app
 from suites.speed import study
 from suites.speed.contender import CONVERGED, STEP, STREAM_CALL
-from suites.speed.figures import contender_figure, horizon_figure, in_unit
+from suites.speed.figures import contender_figure, horizon_figure
 from suites.speed.problems import find_problem
 from suites.speed.rows import Row
 from suites.speed.study import run_speed
