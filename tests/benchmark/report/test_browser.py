@@ -77,12 +77,12 @@ def wait(browser: Any, script: str, *arguments: object) -> Any:
     )
 
 
-def drawn_plots(browser: Any) -> list[Any]:
-    """Scroll to every figure and wait until it is drawn."""
+def drawn_plots(browser: Any, paper: str = "light") -> list[Any]:
+    """Scroll to every figure and wait until it says that it is drawn for such paper."""
     plots: list[Any] = browser.find_elements("css selector", ".plot")
     for plot in plots:
         browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", plot)
-        wait(browser, "arguments[0].querySelector('.main-svg') !== null", plot)
+        wait(browser, "arguments[0].dataset.drawn === arguments[1]", plot, paper)
     return plots
 
 
@@ -108,7 +108,7 @@ def test_figures_wait_until_they_are_near_and_are_all_drawn(page: Any) -> None:
     plots = drawn_plots(page)
     assert len(plots) == 4
     for plot in plots:
-        assert plot.get_attribute("data-drawn") == "yes"
+        assert plot.get_attribute("data-drawn") == "light"
         assert page.execute_script(
             "return arguments[0].querySelectorAll('.js-line, .point').length", plot
         )
@@ -167,7 +167,7 @@ def test_phone_scrolls_only_downwards(page: Any, scheme: str) -> None:
     page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:
         page.refresh()
-        drawn_plots(page)
+        drawn_plots(page, scheme)
         assert page.execute_script("return innerWidth") == 360
         assert page.execute_script("return document.documentElement.scrollWidth") <= 360
         contents = page.find_element("css selector", "nav.bar details")
@@ -185,7 +185,8 @@ def test_dark_paper_changes_the_colours_of_plots(page: Any) -> None:
     paper = "getComputedStyle(document.body).backgroundColor"
     light_paper = page.execute_script(f"return {paper}")
     emulate(page, "dark")
-    assert wait(page, f"{paper} !== arguments[0]", light_paper)
+    plot = drawn_plots(page, "dark")[0]
+    assert page.execute_script(f"return {paper}") != light_paper
     dark = line_colours(page, plot)
     assert len(dark) == len(light) > 0
     assert not set(light) & set(dark)
@@ -193,11 +194,12 @@ def test_dark_paper_changes_the_colours_of_plots(page: Any) -> None:
 
 def test_print_holds_everything_in_light_colours(page: Any) -> None:
     emulate(page, "dark")
+    drawn_plots(page, "dark")
     page.execute_script(
         "window.seen = {};"
         "addEventListener('beforeprint', () => {"
         "  const plots = [...document.querySelectorAll('.plot')];"
-        "  seen.drawn = plots.filter(p => p.dataset.drawn).length;"
+        "  seen.drawn = plots.filter(p => p.dataset.drawn === 'light').length;"
         "  seen.colour = plots[0].querySelector('.js-line').style.stroke;"
         "  seen.closed = document.querySelectorAll('main details:not([open])').length; });"
     )
@@ -207,8 +209,8 @@ def test_print_holds_everything_in_light_colours(page: Any) -> None:
     seen = page.execute_script("return window.seen")
     assert seen["drawn"] == 4
     assert seen["closed"] == 0
+    assert seen["colour"] not in line_colours(page, drawn_plots(page, "dark")[0])
     assert page.find_elements("css selector", "main details:not([open])")
-    assert seen["colour"] not in line_colours(page, drawn_plots(page)[0])
 
 
 def test_without_an_observer_all_is_drawn_at_once(browser: Any, address: str) -> None:
