@@ -11,8 +11,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from benchmark.runner.identity import ROOT, code_identity, versions
+from benchmark.runner.identity import code_identity, versions
 from models.errors import InputError
+from pen_mhe.rooms import ROOT
 
 NAME = "run.json"
 CPU_INFO = Path("/proc/cpuinfo")

@@ -12,10 +12,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from benchmark.runner.identity import ROOT
 from benchmark.runner.journal import NAME, Journal
 from benchmark.runner.tables import RESULTS, read_tables
 from benchmark.tasks.results import TIMING_COLUMNS
+from pen_mhe.rooms import ROOT
 from tests.benchmark.runner.workload import processes_of, tasks, times_run
 
 TASKS = 30
