@@ -12,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from benchmark.runner.journal import NAME, Journal
+from benchmark.runner.outcome_lines import NAME, outcome_journal
 from benchmark.runner.tables import RESULTS, read_tables
 from benchmark.tasks.results import TIMING_COLUMNS
 from pen_mhe.rooms import ROOT
@@ -36,7 +36,7 @@ def start(folder: Path, notes: Path, jobs: int) -> subprocess.Popen[str]:
 
 def finished(folder: Path) -> list[int]:
     """Seeds of the tasks that a journal has."""
-    with Journal(folder) as journal:
+    with outcome_journal(folder) as journal:
         return [task.seed for task in tasks(TASKS) if journal.has(task, "the same for all")]
 
 
