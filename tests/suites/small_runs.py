@@ -68,7 +68,6 @@ def suite(
     tasks: int,
     chosen: Callable[[Task], bool] = lambda task: True,
     data: str | None = None,
-    is_quick: bool = False,
 ) -> SmallRun:
     """The last tasks of a suite; they are the quickest."""
 
@@ -85,7 +84,6 @@ def suite(
         lambda folder: folder / NAME,
         ("results.parquet", "series.parquet"),
         data is not None,
-        is_quick,
     )
 
 
@@ -96,8 +94,8 @@ def is_ekf(task: Task) -> bool:
 def small_suites(data: str) -> dict[str, SmallRun]:
     return {
         "pen": suite("pen", 8, is_ekf),
-        "tilt": suite("tilt", 100, is_quick=True),
-        "gyro-free": suite("gyro-free", 60),
+        "tilt": suite("tilt", 60),
+        "gyro-free": suite("gyro-free", 40),
         "real": suite("real", 8, is_ekf, data),
     }
 
@@ -107,15 +105,15 @@ STUDIES: Mapping[str, SmallRun] = MappingProxyType(
         "consistency": study(
             "consistency",
             lambda folder: run_consistency(
-                folder, "dpoint", ("accel", "gyro"), ("settled",), ("ekf",), 40, JOBS
+                folder, "dpoint", ("accel", "gyro"), ("settled",), ("ekf",), 25, JOBS
             ),
-            8,
+            5,
             (),
         ),
         "bad-starts": study(
             "bad-starts",
-            lambda folder: run_bad_starts(folder, ("gesture-0.5",), ("ekf",), 60, JOBS),
-            6,
+            lambda folder: run_bad_starts(folder, ("gesture-0.5",), ("ekf",), 50, JOBS),
+            5,
             ("bad_starts.csv",),
         ),
         "printed-cost": study(
