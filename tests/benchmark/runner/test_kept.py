@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import signal
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -49,6 +51,12 @@ def square_but(broken: int, task: SquareTask) -> Square:
         raise LookupError(f"nothing at {broken}")
     time.sleep(0.2)
     return square(task)
+
+
+def note_and_sleep(task: SquareTask) -> Square:
+    found = square(task)
+    time.sleep(100.0)
+    return found
 
 
 def square_or_die(task: SquareTask) -> Square:
@@ -181,6 +189,27 @@ def test_an_interrupt_waits_for_the_line_that_is_written(
     with pytest.raises(InputError, match="interrupted after 1 tasks"):
         run(square, range(3))
     assert kept_numbers(tmp_path) == [0]
+
+
+def test_an_interrupt_ends_what_still_runs(run: Any, tmp_path: Path) -> None:
+    """Instead of waiting for it, now or when this process ends."""
+
+    def interrupt_soon() -> None:
+        until = time.monotonic() + 30.0
+        while len(ran_numbers(tmp_path)) < 2 and time.monotonic() < until:
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    waiting = threading.Thread(target=interrupt_soon)
+    waiting.start()
+    with pytest.raises(InputError, match="interrupted after 0 tasks"):
+        run(note_and_sleep, range(6), 2)
+    waiting.join()
+    until = time.monotonic() + 10.0
+    while multiprocessing.active_children():
+        assert time.monotonic() < until
+        time.sleep(0.01)
+    assert len(ran_numbers(tmp_path)) == 2
 
 
 def test_a_journal_in_use_is_refused(run: Any, tmp_path: Path) -> None:
