@@ -1,7 +1,7 @@
 """Ctrl-C: what it may break off, what it waits for, what is said then.
 
-Where no handler can be set, in another thread than the main one, an interrupt does what it
-did before.
+Where no handler can be set, in another thread than the main one, and where interrupts are
+ignored, as behind ``&`` in a script, an interrupt does what it did before.
 """
 
 from __future__ import annotations
@@ -46,7 +46,8 @@ def not_swallowed() -> Iterator[None]:
 @contextmanager
 def _interrupts_noted(then: Callable[[], None]) -> Iterator[None]:
     """Call a function at each interrupt; raise `KeyboardInterrupt` at the end if one came."""
-    if threading.current_thread() is not threading.main_thread():
+    heard = signal.getsignal(signal.SIGINT) not in (signal.SIG_IGN, None)
+    if not heard or threading.current_thread() is not threading.main_thread():
         yield
         return
     came = False

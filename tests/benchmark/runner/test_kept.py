@@ -8,7 +8,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -89,6 +89,14 @@ def interrupt_that_becomes_an_error(number: int, task: SquareTask) -> Square:
 
 def environment(task: SquareTask) -> tuple[int, str | None, str | None]:
     return os.getpid(), os.environ.get("OMP_NUM_THREADS"), os.environ.get("OPENBLAS_NUM_THREADS")
+
+
+@pytest.fixture(autouse=True)
+def heard() -> Iterator[None]:
+    """Interrupts come, also where pytest itself runs behind "&" in a script."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture
@@ -210,6 +218,13 @@ def test_an_interrupt_ends_what_still_runs(run: Any, tmp_path: Path) -> None:
         assert time.monotonic() < until
         time.sleep(0.01)
     assert len(ran_numbers(tmp_path)) == 2
+
+
+def test_what_is_ignored_stays_ignored(run: Any, tmp_path: Path) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    found = run(partial(interrupt_at, 1), range(3))
+    assert [result.number for result in found] == [0, 1, 2]
+    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
 
 
 def test_a_journal_in_use_is_refused(run: Any, tmp_path: Path) -> None:

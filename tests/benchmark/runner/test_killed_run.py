@@ -32,6 +32,7 @@ def start(folder: Path, notes: Path, jobs: int, *scheduler: str) -> subprocess.P
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,  # a group of its own, all of which a terminal interrupts
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # also behind "&"
     )
 
 
