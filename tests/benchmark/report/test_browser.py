@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -32,6 +33,10 @@ FLAGS = (
     "--disable-sync",
     "--window-size=1200,900",
 )
+
+
+DOUBLE_CLICKS = 10
+"""Tries: on a busy machine the second click may come too late, and then they are two."""
 
 
 @pytest.fixture(scope="module")
@@ -69,10 +74,10 @@ def emulate(browser: Any, scheme: str) -> None:
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": [feature]})
 
 
-def wait(browser: Any, script: str, *arguments: object) -> Any:
+def wait(browser: Any, script: str, *arguments: object, within_s: float = 20.0) -> Any:
     from selenium.webdriver.support.ui import WebDriverWait
 
-    return WebDriverWait(browser, 10, 0.05).until(
+    return WebDriverWait(browser, within_s, 0.05).until(
         lambda found: found.execute_script(f"return {script}", *arguments)
     )
 
@@ -115,6 +120,7 @@ def test_figures_wait_until_they_are_near_and_are_all_drawn(page: Any) -> None:
 
 
 def test_drag_zooms_and_double_click_resets(page: Any) -> None:
+    from selenium.common.exceptions import TimeoutException
     from selenium.webdriver.common.action_chains import ActionChains
 
     plot = drawn_plots(page)[0]
@@ -131,8 +137,13 @@ def test_drag_zooms_and_double_click_resets(page: Any) -> None:
     assert before[0] < low < high < before[1]
     second = page.execute_script("return arguments[0]._fullLayout.xaxis2.range", plot)
     assert second == [low, high]
-    ActionChains(page, duration=50).move_to_element(layer).double_click().perform()
-    assert wait(page, f"String({ranges}) === String(arguments[1])", plot, before)
+    reset = f"String({ranges}) === String(arguments[1])"
+    for _ in range(DOUBLE_CLICKS):
+        ActionChains(page, duration=50).move_to_element(layer).double_click().perform()
+        with contextlib.suppress(TimeoutException):
+            wait(page, reset, plot, before, within_s=2.0)
+            break
+    assert page.execute_script(f"return {reset}", plot, before)
 
 
 def test_legend_hides_a_line(page: Any) -> None:
