@@ -92,13 +92,9 @@ def command_line() -> str:
 
 
 def _speed(output: Path) -> None:
-
     from suites.speed import study  # tables and figures are slow to import
 
-    if study.is_single_threaded():
-        study.run_speed(output)
-    elif status := study.again_single_threaded("benchmark", "speed", "--output", str(output)):
-        raise typer.Exit(status)
+    study.run_speed(output)
 
 
 def observe(
@@ -113,6 +109,9 @@ def observe(
 
 
 def consistency(
+    output: Annotated[Path, typer.Option(help="Folder that keeps what is finished.")] = Path(
+        "results/consistency"
+    ),
     pen: PenOption = "dpoint",
     sensors: SensorsOption = "accel,gyro,camera",
     cases: Annotated[str, typer.Option(help="Names with commas.")] = ",".join(CASES),
@@ -125,7 +124,7 @@ def consistency(
 
     with one_sentence():
         study.run_consistency(
-            pen, names(sensors), names(cases) or (), names(estimators) or (), runs, jobs
+            output, pen, names(sensors), names(cases) or (), names(estimators) or (), runs, jobs
         )
 
 
@@ -179,17 +178,11 @@ def real_time(
 ) -> None:
     """Measure a step of the real-time MHE: kept factors, deadlines, time per real sample."""
     from suites.real_time.study import run_real_time  # tables and figures are slow to import
-    from suites.speed import study
 
     with one_sentence():
         if data is not None and not data.is_dir():
             raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
-        words = ["--output", str(output), "--steps", str(steps)]
-        words += [] if data is None else ["--data", str(data)]
-        if study.is_single_threaded():
-            run_real_time(output, data, steps)
-        elif status := study.again_single_threaded("real-time", *words):
-            raise typer.Exit(status)
+        run_real_time(output, data, steps)
 
 
 def codegen(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,27 +42,21 @@ class DeadlineRow:
     solved: float
 
 
-def deadline_rows(
-    stream: Stream, steps: int, on_step: Callable[[int], object] | None = None
-) -> list[DeadlineRow]:
-    """Take so many steps per estimator with the sample period, a tenth with tighter ones."""
-    rows = []
-    for name in KINDS:
-        median_s = float(np.median(_run(name, stream, None, min(steps, 500))[0]))
-        few = max(1, int(SHORT_SHARE * steps))
-        plan = [(SAMPLE_PERIOD_S, int(FULL_SHARE * steps))]
-        plan += [(factor * median_s, few) for factor in FACTORS]
-        for deadline_s, count in plan:
-            took_s, statuses = _run(name, stream, deadline_s, count)
-            rows.append(counted(name, deadline_s, took_s, statuses))
-            if on_step:
-                on_step(count)
-    return rows
+def deadline_rows(name: str, stream: Stream, steps: int) -> list[DeadlineRow]:
+    """Take so many steps with the sample period, a tenth of them with tighter deadlines.
 
-
-def total_steps(steps: int) -> int:
-    """Return how many steps `deadline_rows` counts to its callback."""
-    return len(KINDS) * (int(FULL_SHARE * steps) + len(FACTORS) * max(1, int(SHORT_SHARE * steps)))
+    Parameters
+    ----------
+    name : of the estimator, a key of `KINDS`
+    """
+    median_s = float(np.median(_run(name, stream, None, min(steps, 500))[0]))
+    few = max(1, int(SHORT_SHARE * steps))
+    plan = [(SAMPLE_PERIOD_S, int(FULL_SHARE * steps))]
+    plan += [(factor * median_s, few) for factor in FACTORS]
+    return [
+        counted(name, deadline_s, *_run(name, stream, deadline_s, count))
+        for deadline_s, count in plan
+    ]
 
 
 def counted(

@@ -15,7 +15,7 @@ subtract states as plain vectors.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -109,15 +109,12 @@ class SolvedWindow:
     optimum: WindowSolution
 
 
-def solved_windows(
-    problem: Problem, count: int, on_window: Callable[[int], object] | None = None
-) -> list[SolvedWindow]:
+def solved_windows(problem: Problem, count: int) -> list[SolvedWindow]:
     """Return the first windows of a problem's table, with their optima.
 
     Parameters
     ----------
     count : at least 1; a longer table begins with the shorter one
-    on_window : called with 1 after every window
     """
     model, n_stages = problem.model, problem.horizon + 1
     stage = KalmanStage(model)
@@ -136,10 +133,7 @@ def solved_windows(
         scale = _newest_std(stage, prior, stages, guess)
         previous = PreviousWindow(priors[k - 1], older, found)
         window = SpeedWindow(model, prior, stages, guess, scale, previous)
-        optimum = reference.solve(window.prior, stages, guess)
-        if on_window:
-            on_window(1)
-        return SolvedWindow(window, optimum)
+        return SolvedWindow(window, reference.solve(window.prior, stages, guess))
 
     return [solved(int(k)) for k in first]
 

@@ -11,7 +11,7 @@ import pytest
 from filelock import FileLock
 from typer.testing import CliRunner
 
-from benchmark.runner.journal import NAME as JOURNAL
+from benchmark.runner.outcome_lines import NAME as JOURNAL
 from benchmark.runner.run import Workers
 from benchmark.runner.tables import read_tables
 from benchmark.tasks.suite import Scope

@@ -110,10 +110,9 @@ def test_one_run_is_no_statistics() -> None:
     assert "'--runs'" in result.stderr
 
 
-def test_consistency_prints_a_row_per_case_and_estimator() -> None:
-    result = call(
-        "consistency", "--cases", "settled", "--estimators", "ekf", "--runs", "2", "--jobs", "1"
-    )
+def test_consistency_prints_a_row_per_case_and_estimator(tmp_path: Path) -> None:
+    arguments = ["--cases", "settled", "--estimators", "ekf", "--runs", "2", "--jobs", "1"]
+    result = call("consistency", *arguments, "--output", str(tmp_path))
     assert result.exit_code == 0, result.stderr
     table = rows(result.stdout)
     case = CASES["settled"]
@@ -137,6 +136,8 @@ def test_printed_cost_writes_table_and_figure(
     result = call("printed-cost", "--output", str(output))
     assert result.exit_code == 0, result.stderr
     assert sorted(path.name for path in output.iterdir()) == [
+        "journal-printed-cost.jsonl",
+        "journal-printed-cost.jsonl.lock",
         "printed_cost.csv",
         "printed_cost.png",
     ]
