@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.recording import Truth
-from estimation.status import Status
+from estimation.status import Status, solved_fraction
 from models.arrays import Array
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
@@ -184,7 +184,7 @@ class EstimateHistory:
     @property
     def solved_fraction(self) -> float:
         """Fraction of the steps whose status is solved, with or without remarks."""
-        return float(np.mean([status.is_solved for status in self.status]))
+        return solved_fraction(self.status)
 
     def column(self, state: str) -> Array:
         """Return the estimates (n,) of one state by name."""

@@ -30,6 +30,9 @@ SHOWN_UNITS = ("m", "rad")
 
 MOST_PANELS = 8
 
+MOST_POINTS = 10_000
+"""Of a curve; a longer one is drawn by the lowest and the highest estimate of each of its parts."""
+
 SMALL_M = 1.0
 """Lengths that stay below are shown in mm."""
 
@@ -138,6 +141,7 @@ def _draw(
         unit, factor = "mm", 1e3
     for label, (time_s, value, std) in curves.items():
         colour = f"C{list(histories).index(label) % 10}"
+        time_s, value, std = _thinned(time_s, value, std)
         band = factor * (value - 2 * std), factor * (value + 2 * std)
         panel.fill_between(time_s, *band, alpha=0.2, color=colour, linewidth=0)
         panel.plot(time_s, factor * value, color=colour, linewidth=1.0, label=label)
@@ -161,6 +165,20 @@ def _settled(curves: Iterable[Curve]) -> tuple[float, float]:
             lows.append(float((value - 2 * std)[kept].min()))
             highs.append(float((value + 2 * std)[kept].max()))
     return min(lows, default=np.nan), max(highs, default=np.nan)
+
+
+def _thinned(time_s: Array, value: Array, std: Array) -> Curve:
+    """Return a curve of at most `MOST_POINTS` that still has every peak."""
+    n_parts = MOST_POINTS // 2
+    if len(value) <= MOST_POINTS:
+        return time_s, value, std
+    length = -(-len(value) // n_parts)
+    starts = np.arange(0, len(value), length)
+    parts = np.resize(np.nan_to_num(value), (len(starts), length))
+    parts.ravel()[len(value) :] = parts.ravel()[len(value) - 1]
+    ends = np.sort([parts.argmin(axis=1), parts.argmax(axis=1)], axis=0)
+    rows = np.minimum((starts + ends).T.ravel(), len(value) - 1)
+    return time_s[rows], value[rows], std[rows]
 
 
 def _is_circular(history: HistoryView, state: str) -> bool:

@@ -8,6 +8,7 @@ from html import escape
 import numpy as np
 
 from estimation.history_view import HistoryView
+from estimation.status import solved_fraction
 from models.units import shown
 
 
@@ -16,10 +17,9 @@ def summary(history: HistoryView) -> str:
     n, n_x = history.mean.shape
     if n == 0:
         return f"of {history.estimator}: no steps, {n_x} states"
-    solved = np.mean([status.is_solved for status in history.status])
     return (
         f"of {history.estimator}: {n} steps, {history.time_s[0]:g} s to {history.time_s[-1]:g} s, "
-        f"{n_x} states, {solved:.2%} solved, "
+        f"{n_x} states, {solved_fraction(history.status):.2%} solved, "
         f"median step {1e3 * np.median(history.step_time_s):.3g} ms"
     )
 
@@ -27,8 +27,8 @@ def summary(history: HistoryView) -> str:
 def html(history: HistoryView) -> str:
     """Return a table of the states: the last estimate ± its deviation, and the range of the run."""
     head = f"<b>EstimateHistory</b> {escape(summary(history))}"
-    remarks = Counter(status.label for status in history.status)
-    told = ", ".join(f"{label} {count}" for label, count in remarks.most_common())
+    remarks = Counter(history.status).most_common()
+    told = ", ".join(f"{status.label} {count}" for status, count in remarks)
     if len(history.time_s) == 0:
         return head
     rows = []

@@ -61,7 +61,7 @@ class Truth:
         return states
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """Readings of sensors on one time axis, the union of all their stamps.
 
@@ -150,6 +150,14 @@ class Recording:
             merged[np.searchsorted(time_s, times)] = values
             readings[sensor] = merged
         return cls(name, time_s, readings, truth)
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{name} {len(self.sensor(name)[0])}" for name in self.readings)
+        truth = "" if self.truth is None else f", truth of {len(self.truth.names)} states"
+        return (
+            f"<Recording {self.name}: {self.time_s[0]:g} s to {self.time_s[-1]:g} s, "
+            f"readings: {counts}{truth}>"
+        )
 
     def sensor(self, name: str) -> tuple[Array, Array]:
         """Return (times, values) of one sensor where it has any reading.

@@ -16,7 +16,7 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 
 from estimation.estimate import EstimateHistory
-from estimation.history_plot import MOST_PANELS, labelled, plot_histories
+from estimation.history_plot import MOST_PANELS, MOST_POINTS, labelled, plot_histories
 from estimation.recording import Truth
 from models.arrays import Array
 from models.errors import InputError
@@ -141,3 +141,19 @@ def test_nothing_cannot_be_drawn() -> None:
     with pytest.raises(InputError, match="no history to draw"):
         plot_histories({})
     assert list(panels(pen_history()[:0].plot())) == ["tip x / m", "azimuth / °"]
+
+
+def test_a_long_run_is_drawn_by_its_peaks() -> None:
+    n = 3 * MOST_POINTS + 7
+    value = np.random.default_rng(1).uniform(-0.01, 0.01, n)
+    value[[17, n - 1]] = 0.05, -0.04
+    times = np.arange(n) / 100
+    hand = history_of(NAMES[:1], times, value[:, None], 0.001)
+    axes = hand.plot().axes[0]
+    drawn = line(axes, "hand-made")
+    assert len(drawn) <= MOST_POINTS
+    assert (drawn.max(), drawn.min()) == (50, -40)
+    at = np.asarray(axes.lines[0].get_xdata())
+    assert (np.diff(at) >= 0).all()
+    rows = np.searchsorted(times, at)
+    np.testing.assert_array_equal(drawn, 1e3 * value[rows])
