@@ -17,6 +17,7 @@ from scipy.signal import savgol_coeffs
 
 from models.arrays import Array
 from models.errors import InputError
+from models.names import unknown
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,5 @@ DIFFERENTIATORS: Mapping[str, Differentiator] = MappingProxyType(
 def differentiator_named(name: str) -> Differentiator:
     """Return a differentiator of the table; raises `InputError` for an unknown one."""
     if name not in DIFFERENTIATORS:
-        raise InputError(
-            f"differentiator {name} is unknown, expected one of {', '.join(DIFFERENTIATORS)}"
-        )
+        raise unknown("differentiator", name, DIFFERENTIATORS)
     return DIFFERENTIATORS[name]

@@ -17,6 +17,7 @@ from mhe.config import MheConfig
 from mhe.window_memory import first_window, window_memory
 from models.arrays import Array
 from models.errors import InputError
+from models.names import expected_one_of
 from models.state_space import StateSpaceModel
 
 
@@ -77,8 +78,8 @@ def exportable(
         )
     if estimator not in EXPORTABLE:
         raise InputError(
-            f"estimator {estimator} cannot be exported as C, expected one of "
-            f"{', '.join(EXPORTABLE)}"
+            f"estimator {estimator} cannot be exported as C, "
+            f"{expected_one_of(estimator, EXPORTABLE)}"
         )
     kind, make = EXPORTABLE[estimator]
     if config is not None and not isinstance(config, kind):

@@ -13,6 +13,7 @@ from estimation.status import Status
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
+from models.names import unknown
 from models.state_space import StateSpaceModel
 
 if TYPE_CHECKING:
@@ -157,9 +158,7 @@ class EstimateHistory:
     def column(self, state: str) -> Array:
         """Return the estimates (n,) of one state by name."""
         if state not in self.state_names:
-            raise InputError(
-                f"state {state} is unknown, expected one of {', '.join(self.state_names)}"
-            )
+            raise unknown("state", state, self.state_names)
         return self.mean[:, self.state_names.index(state)]
 
     def at(self, time_s: Array) -> EstimateHistory:

@@ -11,6 +11,7 @@ from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.loss import LEAST_SQUARES
 from models.arrays import Array
 from models.errors import InputError
+from models.names import expected_one_of, unknown
 
 HESSIANS = ("gauss-newton", "exact")
 
@@ -61,10 +62,7 @@ class MheConfig:
         if self.horizon < 1:
             raise InputError(f"horizon is {self.horizon}, expected at least 1 interval")
         if self.arrival_cost not in ARRIVAL_COSTS:
-            raise InputError(
-                f"arrival cost {self.arrival_cost} is unknown, "
-                f"expected one of {', '.join(ARRIVAL_COSTS)}"
-            )
+            raise unknown("arrival cost", self.arrival_cost, ARRIVAL_COSTS)
         if not self.tolerance > 0:
             raise InputError(f"tolerance is {self.tolerance}, expected a positive number")
         for name, threshold in (*self.huber.items(), ("sparse_noise", self.sparse_noise)):
@@ -73,9 +71,7 @@ class MheConfig:
                     f"threshold {threshold} of Huber's loss on {name}, expected a positive number"
                 )
         if self.hessian not in HESSIANS:
-            raise InputError(
-                f"hessian {self.hessian} is unknown, expected one of {', '.join(HESSIANS)}"
-            )
+            raise unknown("hessian", self.hessian, HESSIANS)
         if self.max_iterations < 0:
             raise InputError(f"max_iterations is {self.max_iterations}, expected at least 0")
         if self.deadline_s is not None and not self.deadline_s > 0:
@@ -97,7 +93,7 @@ class MheConfig:
             if name not in sensors:
                 raise InputError(
                     f"Huber's loss on sensor {name}, which is not part of the model; "
-                    f"expected one of {', '.join(sensors)}"
+                    f"{expected_one_of(name, sensors)}"
                 )
         return np.array([self.huber.get(name, LEAST_SQUARES) for name in sensors], dtype=float)
 

@@ -24,6 +24,7 @@ from models.config import UnitConfig
 from models.errors import InputError
 from models.handwriting import Handwriting, handwriting
 from models.minimum_jerk import MinimumJerk, minimum_jerk
+from models.names import expected_one_of, unknown
 from models.random_streams import Seed
 from models.sigma_lognormal import SigmaLognormal, sigma_lognormal
 
@@ -80,7 +81,7 @@ def motions() -> Mapping[str, MotionConfig]:
 def motion_named(name: str) -> MotionConfig:
     """Return a motion of the table by name; raises `InputError` for an unknown one."""
     if name not in motions():
-        raise InputError(f"motion {name} is unknown, expected one of {', '.join(motions())}")
+        raise unknown("motion", name, motions())
     return motions()[name]
 
 
@@ -99,7 +100,7 @@ def _parsed(name: str, row: Any, where: str) -> Any:
     kind = str(row.get("kind")) if isinstance(row, Mapping) else "no table"
     if kind not in MOTION_KINDS:
         raise InputError(
-            f"{where}: motion {name}: kind is {kind}, expected one of {', '.join(MOTION_KINDS)}"
+            f"{where}: motion {name}: kind is {kind}, {expected_one_of(kind, MOTION_KINDS)}"
         )
     try:
         return MOTION_KINDS[kind].config.model_validate(row)

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from models.config import UnitConfig
 from models.errors import InputError
+from models.names import did_you_mean, expected_one_of
 from models.pen import PenConfig
 from models.sensor_kinds.table import SENSOR_KINDS
 
@@ -87,7 +88,7 @@ def _with_preset(name: str, sensor: Any, where: str) -> Any:
     if not isinstance(preset_name, str) or preset_name not in _preset_table():
         raise InputError(
             f"{where}: key sensors.{name}.preset: unknown preset {preset_name}; "
-            f"expected one of {', '.join(_preset_table())}"
+            f"{expected_one_of(preset_name, _preset_table())}"
         )
     preset = dict(_preset_table()[preset_name])
     preset.pop("source")
@@ -110,6 +111,8 @@ def _one_sentence(error: ValidationError, where: str) -> str:
     if first["type"] == "union_tag_not_found":
         keys.append("kind")
         message = f"is missing, expected one of {', '.join(SENSOR_KINDS)}"
+    if first["type"] == "union_tag_invalid":
+        message += did_you_mean(first["input"]["kind"], SENSOR_KINDS)
     more = error.error_count() - 1
     rest = f" (and {more} more)" if more else ""
     return f"{where}: key {'.'.join(keys) or '(top level)'}: {message}{rest}"
@@ -129,6 +132,6 @@ def find_pen(pen: str | Path) -> PenConfig:
     if not Path(pen).exists():
         raise InputError(
             f"pen file {pen} does not exist; expected a file, "
-            f"or a bundled pen: {', '.join(bundled_pens())}"
+            f"or a bundled pen: {', '.join(bundled_pens())}{did_you_mean(pen, bundled_pens())}"
         )
     return load_pen(pen)

@@ -23,6 +23,7 @@ from models.errors import InputError
 from models.feasibility import feasible
 from models.gaussian import GaussianState
 from models.model_checks import check_model
+from models.names import did_you_mean, expected_one_of
 from models.sensor_model import SensorModel, noise_text
 
 
@@ -139,8 +140,11 @@ class StateSpaceModel:
         for sensor in self.sensors:
             if sensor.name == name:
                 return sensor
-        known = ", ".join(sensor.name for sensor in self.sensors)
-        raise InputError(f"sensor {name} is not part of the model {self.name}; expected {known}")
+        known = [sensor.name for sensor in self.sensors]
+        raise InputError(
+            f"sensor {name} is not part of the model {self.name}; "
+            f"expected {', '.join(known)}{did_you_mean(name, known)}"
+        )
 
     def stack(self, readings: Mapping[str, Array]) -> Array:
         """Stack readings by sensor name into y (n_y,), NaN where there is none."""
@@ -165,7 +169,7 @@ class StateSpaceModel:
             if state not in self.state_names:
                 raise InputError(
                     f"model {self.name}: bound on unknown state {state}; "
-                    f"expected one of {', '.join(self.state_names)}"
+                    f"{expected_one_of(state, self.state_names)}"
                 )
             if not low < high:
                 raise InputError(
@@ -211,7 +215,7 @@ class StateSpaceModel:
             if name not in self.reading_names:
                 raise InputError(
                     f"model {self.name}: an inequality needs the unknown reading {name}; "
-                    f"expected one of {', '.join(self.reading_names)}"
+                    f"{expected_one_of(name, self.reading_names)}"
                 )
         return np.isin(self.reading_names, names)
 

@@ -11,6 +11,7 @@ from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
 from models.motions import MotionConfig, motions, sample_motion
+from models.names import expected_one_of, unknown
 from models.pen import PenConfig, pen_model
 from models.random_streams import seed_sequence, stream
 from models.simulation import (
@@ -69,7 +70,7 @@ def simulate_recording(
         If a name is unknown, a sensor has no rate, or a number makes no sense.
     """
     if isinstance(motion, str) and motion not in motion_names():
-        raise InputError(f"motion {motion} is unknown, expected one of {', '.join(motion_names())}")
+        raise unknown("motion", motion, motion_names())
     model = pen_model(pen, sensors_with_a_rate(pen) if sensors is None else sensors)
     if motion == DRAWN:
         if speed != 1:
@@ -107,7 +108,7 @@ def _record(
     stamps: Stamps | str,
 ) -> Recording:
     if stamps not in get_args(Stamps):
-        raise InputError(f"stamps is {stamps}, expected one of {', '.join(get_args(Stamps))}")
+        raise InputError(f"stamps is {stamps}, {expected_one_of(stamps, get_args(Stamps))}")
     captured = sample_times(model, duration_s)
     stamped = arrival_times(model, captured) if stamps == "arrival" else captured
     time_s, root = union_of_times(captured, stamped), seed_sequence(seed)

@@ -8,7 +8,7 @@ from importlib import import_module
 from types import MappingProxyType
 
 from benchmark.tasks.suite import Suite
-from models.errors import InputError
+from models.names import unknown
 
 MODULES: Mapping[str, str] = MappingProxyType(
     {
@@ -25,6 +25,6 @@ MODULES: Mapping[str, str] = MappingProxyType(
 def find_suite(name: str) -> Suite:
     """Return a suite by name; raises `InputError` for an unknown one."""
     if name not in MODULES:
-        raise InputError(f"suite {name} is unknown, expected one of {', '.join(MODULES)}")
+        raise unknown("suite", name, MODULES)
     suite: Suite = import_module(MODULES[name]).SUITE
     return suite

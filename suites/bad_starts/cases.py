@@ -14,10 +14,10 @@ from types import MappingProxyType
 import numpy as np
 
 from estimation.recording import Recording
-from models.errors import InputError
 from models.gentle_hand import BY_SPEED
 from models.minimum_jerk import MinimumJerk
 from models.motions import motion_named
+from models.names import unknown
 from models.pen import PenConfig, Prior, ProcessNoise, pen_model
 from models.pen_file import find_pen
 from models.random_streams import seed_sequence, stream
@@ -178,7 +178,7 @@ CASES: Mapping[str, BadStart] = MappingProxyType(
 def case_named(name: str) -> BadStart:
     """Return a case of the table; raises `InputError` for an unknown one."""
     if name not in CASES:
-        raise InputError(f"case {name} is unknown, expected one of {', '.join(CASES)}")
+        raise unknown("case", name, CASES)
     return CASES[name]
 
 

@@ -23,6 +23,7 @@ from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
+from models.names import unknown
 from models.pen_file import find_pen
 from models.random_streams import stream
 from models.state_space import StateSpaceModel
@@ -99,11 +100,9 @@ def window_table(
 def window_case(key: WindowKey) -> WindowCase:
     """Return the window of a key, always the same one."""
     if key.model not in window_models():
-        raise InputError(
-            f"model {key.model} is unknown, expected one of {', '.join(window_models())}"
-        )
+        raise unknown("model", key.model, window_models())
     if key.kind not in KINDS:
-        raise InputError(f"window kind {key.kind} is unknown, expected one of {', '.join(KINDS)}")
+        raise unknown("window kind", key.kind, KINDS)
     model, kind = window_models()[key.model], KINDS[key.kind]
     root = np.random.SeedSequence(key.seed)
     start = stream(root, "start")
