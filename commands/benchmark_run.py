@@ -21,7 +21,7 @@ from benchmark.runner.run import Workers
 from benchmark.runner.tables import read_tables
 from benchmark.tasks.suite import Scope
 from estimation.output_folder import prepare_folder
-from models.errors import InputError
+from models.errors import InputError, Interrupted
 from suites.execute import chosen_tasks, run_suites
 from suites.table import find_suite
 
@@ -67,7 +67,7 @@ def run_benchmark(
             run_suites(tasks, scope, workers, output, on_start)
         finished = True
     except KeyboardInterrupt:
-        raise InputError(
+        raise Interrupted(
             f"interrupted after {done} tasks, which are kept; the same command continues"
         ) from None
     finally:

@@ -2,30 +2,55 @@
 
 from __future__ import annotations
 
+import platform
 import warnings
+from importlib.metadata import version
+from typing import Annotated
 
 import typer
 
-from commands import estimate, simulate, study_commands
+from commands import simulate, study_commands
+from commands.group import Commands
+from commands.help_page import Command
 from commands.sentences import one_line_warning
 
 app = typer.Typer(
+    cls=Commands,
     no_args_is_help=True,
+    rich_markup_mode=None,  # boxes leave words no room at 80 columns
     pretty_exceptions_show_locals=False,
 )
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        print(
+            f"pen-mhe {version('pen-mhe')}, Python {platform.python_version()}, "
+            f"casadi {version('casadi')}"
+        )
+        raise typer.Exit
+
+
 @app.callback()
-def main() -> None:
+def main(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            callback=_print_version,
+            is_eager=True,
+            help="Print the versions of pen-mhe, Python and casadi.",
+        ),
+    ] = False,
+) -> None:
     """Which motion sensors does a pen need, and does optimisation pay off over a Kalman filter?"""
     warnings.showwarning = one_line_warning
 
 
-app.command()(estimate.estimate)
-app.command()(simulate.simulate)
+app.command(cls=Command)(simulate.simulate)
 for name, command in study_commands.COMMANDS.items():
-    app.command(name)(command)
+    app.command(name, cls=Command)(command)
 
 
 if __name__ == "__main__":
-    app()
+    app(prog_name="pen-mhe")

@@ -8,11 +8,9 @@ faster by a factor s it is q(s t), with s q̇ and s² q̈.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from types import MappingProxyType
 from typing import Any
 
@@ -20,6 +18,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from models.arrays import Array
+from models.bundled import motion_rows
 from models.config import UnitConfig
 from models.errors import InputError
 from models.handwriting import Handwriting, handwriting
@@ -74,8 +73,7 @@ MOTION_KINDS: Mapping[str, MotionKind] = MappingProxyType(
 @cache
 def motions() -> Mapping[str, MotionConfig]:
     """Return the table of motions, ``models/motions.toml``, by name."""
-    text = (resources.files("models") / "motions.toml").read_text("utf-8")
-    return parse_motions(tomllib.loads(text), where="models/motions.toml")
+    return parse_motions(motion_rows(), where="models/motions.toml")
 
 
 def motion_named(name: str) -> MotionConfig:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from models.bundled import bundled_pens as bundled_pens  # people look for it here
 from models.config import UnitConfig
 from models.errors import InputError
 from models.names import did_you_mean, expected_one_of
@@ -116,13 +115,6 @@ def _one_sentence(error: ValidationError, where: str) -> str:
     more = error.error_count() - 1
     rest = f" (and {more} more)" if more else ""
     return f"{where}: key {'.'.join(keys) or '(top level)'}: {message}{rest}"
-
-
-@cache
-def bundled_pens() -> Mapping[str, Path]:
-    """Return the pen files that come with the package, by name."""
-    folder = Path(str(resources.files("models"))) / "pens"
-    return MappingProxyType({path.stem: path for path in sorted(folder.glob("*.toml"))})
 
 
 def find_pen(pen: str | Path) -> PenConfig:

@@ -10,7 +10,7 @@ import numpy as np
 from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
-from models.motions import MotionConfig, motions, sample_motion
+from models.motions import MotionConfig, sample_motion
 from models.names import expected_one_of, unknown
 from models.pen import PenConfig, pen_model
 from models.random_streams import seed_sequence, stream
@@ -23,15 +23,10 @@ from models.simulation import (
     union_of_times,
 )
 from models.state_space import StateSpaceModel
+from recordings.motion_names import DRAWN as DRAWN  # both are looked for here, too
+from recordings.motion_names import motion_names as motion_names
 
 Stamps = Literal["capture", "arrival"]
-DRAWN = "model"
-"""Name of the motion that is drawn from the pen's own prior and process noise."""
-
-
-def motion_names() -> tuple[str, ...]:
-    """Return the names that `simulate_recording` knows: the table's motions, and `DRAWN`."""
-    return (*motions(), DRAWN)
 
 
 def sensors_with_a_rate(pen: PenConfig) -> tuple[str, ...]:

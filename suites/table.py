@@ -6,9 +6,12 @@ from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
-from benchmark.tasks.suite import Suite
 from models.names import unknown
+
+if TYPE_CHECKING:
+    from benchmark.tasks.suite import Suite
 
 MODULES: Mapping[str, str] = MappingProxyType(
     {

@@ -15,10 +15,11 @@ from estimation.estimator import run_measurements
 from estimation.recording import Measurement, Recording
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import MheConfig
+from models.bundled import bundled_pens
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.pen import pen_model
-from models.pen_file import bundled_pens, find_pen
+from models.pen_file import find_pen
 from models.turntable import paper_turntable
 from pen_mhe.estimators import ESTIMATORS, EstimatorSettings, create_estimator
 from recordings.simulate_pen import simulate_recording

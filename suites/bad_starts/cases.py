@@ -22,7 +22,8 @@ from models.pen import PenConfig, Prior, ProcessNoise, pen_model
 from models.pen_file import find_pen
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
-from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+from recordings.motion_names import DRAWN
+from recordings.simulate_pen import simulate_model, simulate_recording
 
 FROM_REST = "strokes from rest"
 """A motion of its own for every seed: rest, then minimum-jerk strokes to drawn points."""

@@ -21,7 +21,8 @@ from models.arrays import Array
 from models.names import unknown
 from models.pen import PenConfig, Prior, ProcessNoise, pen_model
 from pen_mhe.estimators import EstimatorSettings, create_estimator
-from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+from recordings.motion_names import DRAWN
+from recordings.simulate_pen import simulate_model, simulate_recording
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,8 @@ from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable
 from models.units import split_unit
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+from recordings.motion_names import DRAWN
+from recordings.simulate_pen import simulate_model, simulate_recording
 from recordings.simulate_turntable import simulate_table
 from suites.optimum.kinds import KINDS, WindowKind
 
