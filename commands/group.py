@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import typer
@@ -11,10 +13,18 @@ from typer.core import TyperGroup
 from commands.help_page import PageContext
 from commands.later import LATER, load, while_completing
 from commands.sentences import EXIT_CODES, ExitCode, one_sentence, say, usage_sentence
+from models.errors import InputError
 from models.names import unknown
 
 UsageError: Any = typer.BadParameter.__bases__[0]
 """Of every wrong call; Typer has no name for it outside."""
+
+
+def _check_words(words: Sequence[str]) -> None:
+    """Raise `InputError` for an empty word: as a path it would be the folder one is in."""
+    for before, word in pairwise(("pen-mhe", *words)):
+        if not word:
+            raise InputError(f"the word behind {before} is empty, expected a name or a value")
 
 
 class Commands(TyperGroup):
@@ -33,7 +43,11 @@ class Commands(TyperGroup):
     ) -> Any:
         """Run a command; see `typer.core.TyperGroup.main`."""
         try:
+            _check_words(sys.argv[1:] if args is None else args)
             code = super().main(args, prog_name, complete_var, False, windows_expand_args, **extra)
+        except InputError as error:
+            say(str(error))
+            code = ExitCode.REFUSED
         except UsageError as error:
             if type(error).__name__ == "NoArgsIsHelpError":  # its message is the help page
                 print(error.format_message(), file=sys.stderr)
@@ -44,6 +58,11 @@ class Commands(TyperGroup):
         if standalone_mode:
             sys.exit(int(code or ExitCode.DONE))
         return code
+
+    def make_context(self, *args: Any, **extra: Any) -> Any:
+        """Read the words before a command's name."""
+        with one_sentence():
+            return super().make_context(*args, **extra)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was named."""

@@ -15,7 +15,8 @@ from commands.lists import LISTS, complete_sensors, completing, completing_sever
 from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
 from models.errors import InputError
-from suites.table import MODULES, find_suite
+from models.names import unknown
+from suites.table import MODULES
 
 SPEED = "speed"
 """The suite that times solvers by itself, see `suites.speed.study`."""
@@ -72,7 +73,8 @@ def benchmark(
         for suite in chosen:
             if suite == SPEED:
                 raise InputError(f"suite {SPEED} among others, expected it alone: it needs quiet")
-            find_suite(suite)
+            if suite not in MODULES:
+                raise unknown("suite", suite, (*MODULES, SPEED))
         if data is not None and not data.is_dir():
             raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
         # Tables and figures are slow to import.

@@ -19,7 +19,7 @@ def unknown(kind: str, name: object, known: Iterable[str]) -> InputError:
     name : as it was typed
     known : the names that there are
     """
-    return InputError(f"{kind} {name} is unknown, {expected_one_of(name, known)}")
+    return InputError(f"{kind} {name or repr(name)} is unknown, {expected_one_of(name, known)}")
 
 
 def expected_one_of(name: object, known: Iterable[str]) -> str:

@@ -111,7 +111,7 @@ _READERS = MappingProxyType({".csv": _read_csv, ".parquet": _read_parquet})
 
 
 def prepare_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None:
-    """Refuse a suffix before the work that would be lost, and make folder and file.
+    """Refuse a suffix before the work that would be lost, and make the folder.
 
     Raises
     ------
@@ -125,8 +125,11 @@ def prepare_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None
         )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        is_new = not path.exists()
         with path.open("ab"):
             pass
+        if is_new:  # nobody should find an empty table where the work breaks off
+            path.unlink()
     except OSError as error:
         raise InputError(
             f"output {path}: {error.strerror}, expected a file that can be written"
