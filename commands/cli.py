@@ -10,11 +10,11 @@ from typing import Annotated
 import typer
 
 from commands import simulate, study_commands
-from commands.group import Commands
+from commands.group import App, Commands
 from commands.help_page import Command
 from commands.sentences import one_line_warning
 
-app = typer.Typer(
+app = App(
     cls=Commands,
     no_args_is_help=True,
     rich_markup_mode=None,  # boxes leave words no room at 80 columns

@@ -12,7 +12,7 @@ from typer.core import TyperGroup
 
 from commands.help_page import PageContext
 from commands.later import LATER, load, while_completing
-from commands.sentences import EXIT_CODES, ExitCode, one_sentence, say, usage_sentence
+from commands.sentences import EXIT_CODES, INTERRUPTED, ExitCode, one_sentence, say, usage_sentence
 from models.errors import InputError
 from models.names import unknown
 
@@ -25,6 +25,18 @@ def _check_words(words: Sequence[str]) -> None:
     for before, word in pairwise(("pen-mhe", *words)):
         if not word:
             raise InputError(f"the word behind {before} is empty, expected a name or a value")
+
+
+class App(typer.Typer):
+    """The program: Ctrl-C while its commands are built is said in a sentence, too."""
+
+    def __call__(self, *args: Any, **extra: Any) -> Any:
+        """Run the command that the words name, and leave Python with its `ExitCode`."""
+        try:
+            return super().__call__(*args, **extra)
+        except KeyboardInterrupt:
+            say(INTERRUPTED)
+            sys.exit(ExitCode.INTERRUPTED)
 
 
 class Commands(TyperGroup):
