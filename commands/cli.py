@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import warnings
-from importlib.metadata import version
+from importlib import metadata
 from typing import Annotated
 
 import typer
@@ -13,6 +13,7 @@ from commands import simulate, study_commands
 from commands.group import App, Commands
 from commands.help_page import Command
 from commands.sentences import one_line_warning
+from models.version import version
 
 app = App(
     cls=Commands,
@@ -25,15 +26,15 @@ app = App(
 def _print_version(asked: bool) -> None:
     if asked:
         print(
-            f"pen-mhe {version('pen-mhe')}, Python {platform.python_version()}, "
-            f"casadi {version('casadi')}"
+            f"pen-mhe {version()}, Python {platform.python_version()}, "
+            f"casadi {metadata.version('casadi')}"
         )
         raise typer.Exit
 
 
 @app.callback()
 def main(
-    version: Annotated[
+    show_version: Annotated[
         bool,
         typer.Option(
             "--version",

@@ -1,4 +1,9 @@
-"""Pens as TOML files, and the presets that the sensors of any file may name."""
+"""Pens as TOML files, and the presets that the sensors of any file may name.
+
+A file may say with which version of pen-mhe it was written: ``pen_mhe_version = "0.2"`` at its
+top. One of a later series (0.3 for 0.2, 2 for 1) is refused in a sentence before its keys are
+read; without the key a file is taken as one of the version that runs.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +21,7 @@ from models.errors import InputError
 from models.names import did_you_mean, expected_one_of
 from models.pen import PenConfig
 from models.sensor_kinds.table import SENSOR_KINDS
+from models.version import VERSION_KEY, check_version
 
 ConfigT = TypeVar("ConfigT", bound=UnitConfig)
 
@@ -70,6 +76,9 @@ def load_config(path: str | Path, config: type[ConfigT], what: str) -> ConfigT:
 
 def parse_config(data: dict[str, Any], config: type[ConfigT], where: str) -> ConfigT:
     """Validate something with sensors given as nested dictionaries, presets resolved."""
+    if VERSION_KEY in data:
+        check_version(data[VERSION_KEY], f"{where}: key {VERSION_KEY}")
+        data = {key: value for key, value in data.items() if key != VERSION_KEY}
     sensors = data.get("sensors", {})
     if not isinstance(sensors, dict):
         raise InputError(f"{where}: key sensors: expected a table of sensors")
