@@ -47,7 +47,9 @@ class HelpPage(PlainPage):
                 # Choices of one option are one word to Typer.
                 self._write(first.replace("|", "| "), indent, f"{indent}  ", space="")
                 start = f"{indent}{'':{width}}"
-            self._write(filled(second), start, f"{indent}{'':{width}}")
+            # Older versions of Typer escape brackets for rich.
+            text = filled(second).replace("\\[", "[")
+            self._write(text, start, f"{indent}{'':{width}}")
 
     def _write(self, text: str, start: str, indent: str, space: str = " ") -> None:
         lines = wrap(

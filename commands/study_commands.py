@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from commands.lists import LISTS, complete_sensors, completing, completing_several
+from commands.lists import LISTS, complete_sensors, completing_several
 from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
 from models.errors import InputError
@@ -242,55 +242,6 @@ def real_time(
             raise typer.Exit(status)
 
 
-def codegen(
-    output: Annotated[Path, typer.Option(help="Folder for the C files.")],
-    pen: PenOption = "reference",
-    sensors: SensorsOption = None,
-    writing_area: WritingAreaOption = True,
-    estimator: Annotated[
-        str | None,
-        typer.Option(
-            help="One of {exportable}; by default {default_export}.",
-            autocompletion=completing("exportable"),
-        ),
-    ] = None,
-    horizon: Annotated[
-        int | None, typer.Option(help="Intervals in the window of an estimator that has one.")
-    ] = None,
-    deadline: Annotated[
-        float | None, typer.Option(help="Of such an estimator: s per step, by a clock of yours.")
-    ] = None,
-    float32: Annotated[
-        bool, typer.Option("--float32", help="Single precision, with square roots of covariances.")
-    ] = False,
-    roots: Annotated[
-        bool,
-        typer.Option("--roots", help="Square roots in double too: much less code."),
-    ] = False,
-    prefix: Annotated[str, typer.Option(help="Of the files' and the functions' names.")] = "pen",
-) -> None:
-    """Write an estimator of a pen as C99 without dynamic memory, for other machines."""
-    from codegen.exportable import DEFAULT_EXPORT  # slow to import
-    from commands.codegen_run import CodegenRequest, run_codegen
-
-    with one_sentence():
-        run_codegen(
-            CodegenRequest(
-                pen=pen,
-                sensors=names(sensors),
-                writing_area=writing_area,
-                estimator=estimator or DEFAULT_EXPORT,
-                horizon=horizon,
-                deadline_s=deadline,
-                real="float" if float32 else "double",
-                form="root" if roots else None,
-                prefix=prefix,
-                output=output,
-                command=command_line(),
-            )
-        )
-
-
 COMMANDS: Mapping[str, Callable[..., None]] = {
     "benchmark": benchmark,
     "report": report,
@@ -300,6 +251,5 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "printed-cost": printed_cost,
     "optimum": optimum,
     "real-time": real_time,
-    "codegen": codegen,
 }
 """Name → function of every command here."""
