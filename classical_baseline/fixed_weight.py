@@ -39,6 +39,7 @@ import numpy as np
 
 from models.arrays import Array
 from models.errors import InputError
+from models.names import expected_one_of
 
 Vector = tuple[float, float, float]
 Rates = tuple[float, float]
@@ -78,7 +79,8 @@ class FixedWeightConfig:
         for name, allowed in (("form", get_args(Form)), ("sign", get_args(Sign))):
             if getattr(self, name) not in allowed:
                 raise InputError(
-                    f"{name} is {getattr(self, name)}, expected one of {', '.join(allowed)}"
+                    f"{name} is {getattr(self, name)}, "
+                    f"{expected_one_of(getattr(self, name), allowed)}"
                 )
 
 

@@ -18,6 +18,7 @@ from mhe.config import MheRtiConfig
 from mhe.window_memory import first_window, window_memory
 from models.arrays import Array
 from models.errors import InputError
+from models.names import expected_one_of
 from models.state_space import StateSpaceModel
 
 
@@ -76,8 +77,8 @@ def exportable(estimator: str, model: StateSpaceModel, **settings: Any) -> Expor
         )
     if estimator not in EXPORTABLE:
         raise InputError(
-            f"estimator {estimator} cannot be exported as C, expected one of "
-            f"{', '.join(EXPORTABLE)}"
+            f"estimator {estimator} cannot be exported as C, "
+            f"{expected_one_of(estimator, EXPORTABLE)}"
         )
     configs = {name: kind for name, (kind, _) in EXPORTABLE.items()}
     make = EXPORTABLE[estimator][1]

@@ -17,6 +17,7 @@ from estimation.status import Status, solved_fraction
 from models.arrays import Array
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
+from models.names import unknown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -193,9 +194,7 @@ class EstimateHistory:
     def index(self, state: str) -> int:
         """Return which column of `mean` and `std` a state has; `InputError` for an unknown one."""
         if state not in self.state_names:
-            raise InputError(
-                f"state {state} is unknown, expected one of {', '.join(self.state_names)}"
-            )
+            raise unknown("state", state, self.state_names)
         return self.state_names.index(state)
 
     def errors(self, truth: Truth) -> Array:

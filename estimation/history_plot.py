@@ -12,6 +12,7 @@ from estimation.history_view import HistoryView
 from estimation.recording import Truth
 from models.arrays import Array
 from models.errors import InputError
+from models.names import unknown
 from models.units import shown, split_unit
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ def plot_histories(
     chosen = drawn_states(known) if states is None else list(states)
     for state in chosen:
         if state not in known:
-            raise InputError(f"state {state} is unknown, expected one of {', '.join(known)}")
+            raise unknown("state", state, known)
     columns = 1 if len(chosen) < 4 else 2
     rows = -(-len(chosen) // columns)
     figure = _new_figure(5.5 * columns + 1.0, 1.2 + 1.7 * rows)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from models.arrays import Array
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
+from models.names import expected_one_of
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 from models.units import TIME_DIGITS
@@ -170,7 +171,7 @@ class Recording:
         if name not in self.readings:
             raise InputError(
                 f"recording {self.name} has no sensor {name}; "
-                f"expected one of {', '.join(self.readings)}"
+                f"{expected_one_of(name, self.readings)}"
             )
         present = ~np.isnan(self.readings[name]).all(axis=1)
         return self.time_s[present], self.readings[name][present]

@@ -12,6 +12,7 @@ from mhe.loss import LEAST_SQUARES
 from mhe.scheme import MAX_ITERATIONS, TOLERANCE, Scheme
 from models.arrays import Array
 from models.errors import InputError
+from models.names import expected_one_of, unknown
 
 HESSIANS = ("gauss-newton", "exact")
 
@@ -47,10 +48,7 @@ class WindowConfig:
         if self.horizon < 1:
             raise InputError(f"horizon is {self.horizon}, expected at least 1 interval")
         if self.arrival_cost not in ARRIVAL_COSTS:
-            raise InputError(
-                f"arrival cost {self.arrival_cost} is unknown, "
-                f"expected one of {', '.join(ARRIVAL_COSTS)}"
-            )
+            raise unknown("arrival cost", self.arrival_cost, ARRIVAL_COSTS)
         for name, threshold in (*self.huber.items(), ("sparse_noise", self.sparse_noise)):
             if threshold is not None and not threshold > 0:
                 raise InputError(
@@ -71,7 +69,7 @@ class WindowConfig:
             if name not in sensors:
                 raise InputError(
                     f"Huber's loss on sensor {name}, which is not part of the model; "
-                    f"expected one of {', '.join(sensors)}"
+                    f"{expected_one_of(name, sensors)}"
                 )
         return np.array([self.huber.get(name, LEAST_SQUARES) for name in sensors], dtype=float)
 
@@ -175,6 +173,4 @@ class MheIpoptConfig(ConvergedConfig):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.hessian not in HESSIANS:
-            raise InputError(
-                f"hessian {self.hessian} is unknown, expected one of {', '.join(HESSIANS)}"
-            )
+            raise unknown("hessian", self.hessian, HESSIANS)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from models.errors import InputError
 from models.gaussian import GaussianState
+from models.names import expected_one_of
 from models.sensor_model import SensorModel
 
 
@@ -82,8 +83,7 @@ def check_bound(
     low, high = bound
     if state not in state_names:
         raise InputError(
-            f"model {model}: bound on unknown state {state}; "
-            f"expected one of {', '.join(state_names)}"
+            f"model {model}: bound on unknown state {state}; {expected_one_of(state, state_names)}"
         )
     if not low < high:
         raise InputError(
@@ -98,5 +98,5 @@ def check_needs(model: str, reading_names: tuple[str, ...], needs: tuple[str, ..
         if name not in reading_names:
             raise InputError(
                 f"model {model}: an inequality needs the unknown reading {name}; "
-                f"expected one of {', '.join(reading_names)}"
+                f"{expected_one_of(name, reading_names)}"
             )

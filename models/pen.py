@@ -82,6 +82,8 @@ class Prior(UnitConfig):
 class PenConfig(UnitConfig):
     """A pen with its sensors, as written in a pen file.
 
+    A file may say ``pen_mhe_version`` besides, see `models.pen_file`.
+
     Parameters
     ----------
     name : for people

@@ -24,6 +24,7 @@ from models.feasibility import Constraints, check_feasible
 from models.gaussian import GaussianState
 from models.model_checks import check_bound, check_conditions, check_needs, check_prior, check_sizes
 from models.model_text import model_html, model_text
+from models.names import did_you_mean
 from models.sensor_model import SensorModel
 
 
@@ -161,8 +162,11 @@ class StateSpaceModel:
         for sensor in self.sensors:
             if sensor.name == name:
                 return sensor
-        known = ", ".join(sensor.name for sensor in self.sensors)
-        raise InputError(f"sensor {name} is not part of the model {self.name}; expected {known}")
+        known = [sensor.name for sensor in self.sensors]
+        raise InputError(
+            f"sensor {name} is not part of the model {self.name}; "
+            f"expected {', '.join(known)}{did_you_mean(name, known)}"
+        )
 
     def stack(self, readings: Mapping[str, Array]) -> Array:
         """Stack readings by sensor name into y (n_y,), NaN where there is none.

@@ -16,6 +16,7 @@ from estimation.history import EstimateHistory
 from estimation.history_plot import drawn_states, plot_histories
 from estimation.recording import Truth
 from models.errors import InputError
+from models.names import unknown
 from models.units import shown, split_unit
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square
 
@@ -118,7 +119,7 @@ def compare(
     known = list(dict.fromkeys(name for h in histories.values() for name in h.state_names))
     for name in states or ():
         if name not in known:
-            raise InputError(f"state {name} is unknown, expected one of {', '.join(known)}")
+            raise unknown("state", name, known)
     chosen = _usual_states(known) if states is None else states
     return HistoryComparison(dict(histories), truth, tuple(chosen))
 

@@ -17,6 +17,7 @@ from mhe.config import MheConfig, MheIpoptConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.reference.ipopt import MheIpopt
 from models.errors import InputError
+from models.names import unknown
 from models.state_space import StateSpaceModel
 
 SPARSE_NOISE = 1.0
@@ -70,7 +71,7 @@ DEFAULT_ESTIMATOR = Mhe.name
 def check_estimator(name: str) -> None:
     """Raise `InputError` unless an estimator has this name."""
     if name not in ESTIMATORS:
-        raise InputError(f"estimator {name} is unknown, expected one of {', '.join(ESTIMATORS)}")
+        raise unknown("estimator", name, ESTIMATORS)
 
 
 def configs() -> Mapping[str, type[Any]]:

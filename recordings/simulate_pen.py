@@ -10,7 +10,8 @@ import numpy as np
 from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
-from models.motions import MotionConfig, motions, sample_motion
+from models.motions import MotionConfig, sample_motion
+from models.names import expected_one_of, unknown
 from models.pen import PenConfig, pen_model
 from models.random_streams import seed_sequence, stream
 from models.simulation import (
@@ -22,15 +23,10 @@ from models.simulation import (
     union_of_times,
 )
 from models.state_space import StateSpaceModel
+from recordings.motion_names import DRAWN as DRAWN  # both are looked for here, too
+from recordings.motion_names import motion_names as motion_names
 
 Stamps = Literal["capture", "arrival"]
-DRAWN = "model"
-"""Name of the motion that is drawn from the pen's own prior and process noise."""
-
-
-def motion_names() -> tuple[str, ...]:
-    """Return the names that `simulate_recording` knows: the table's motions, and `DRAWN`."""
-    return (*motions(), DRAWN)
 
 
 def sensors_with_a_rate(pen: PenConfig) -> tuple[str, ...]:
@@ -69,7 +65,7 @@ def simulate_recording(
         If a name is unknown, a sensor has no rate, or a number makes no sense.
     """
     if isinstance(motion, str) and motion not in motion_names():
-        raise InputError(f"motion {motion} is unknown, expected one of {', '.join(motion_names())}")
+        raise unknown("motion", motion, motion_names())
     model = pen_model(pen, sensors_with_a_rate(pen) if sensors is None else sensors)
     if motion == DRAWN:
         if speed != 1:
@@ -107,7 +103,7 @@ def _record(
     stamps: Stamps | str,
 ) -> Recording:
     if stamps not in get_args(Stamps):
-        raise InputError(f"stamps is {stamps}, expected one of {', '.join(get_args(Stamps))}")
+        raise InputError(f"stamps is {stamps}, {expected_one_of(stamps, get_args(Stamps))}")
     captured = sample_times(model, duration_s)
     stamped = arrival_times(model, captured) if stamps == "arrival" else captured
     time_s, root = union_of_times(captured, stamped), seed_sequence(seed)

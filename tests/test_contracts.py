@@ -15,10 +15,11 @@ from benchmark.configurations import contract_models
 from estimation.estimator import Estimator, run_measurements
 from estimation.recording import Measurement, Recording
 from mhe.arrival_cost import ARRIVAL_COSTS
+from models.bundled import bundled_pens
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.pen import pen_model
-from models.pen_file import bundled_pens, find_pen
+from models.pen_file import find_pen
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable
 from pen_mhe.estimators import ESTIMATORS, create_estimator, settings_read

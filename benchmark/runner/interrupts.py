@@ -13,12 +13,14 @@ from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from types import FrameType
 
-from models.errors import InputError
+from models.errors import Interrupted
 
 
-def interrupted(done: int) -> InputError:
+def interrupted(done: int) -> Interrupted:
     """Return the sentence for a run that an interrupt ended after so many tasks."""
-    return InputError(f"interrupted after {done} tasks, which are kept; the same command continues")
+    return Interrupted(
+        f"interrupted after {done} tasks, which are kept; the same command continues"
+    )
 
 
 @contextmanager

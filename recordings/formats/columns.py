@@ -17,6 +17,7 @@ import pandas as pd
 
 from models.arrays import Array
 from models.errors import InputError
+from models.names import did_you_mean
 from models.pen import PenConfig, kinematic_states
 from models.units import TIME_DIGITS, UNITS, accepted_names
 
@@ -119,6 +120,7 @@ def check_units_given(
         if unit not in accepted:
             raise InputError(
                 f"{where}: unit {unit} of {sensor} is unknown, expected {' or '.join(accepted)}"
+                f"{did_you_mean(unit, accepted)}"
             )
 
 

@@ -14,16 +14,17 @@ from types import MappingProxyType
 import numpy as np
 
 from estimation.recording import Recording
-from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
 from models.gentle_hand import BY_SPEED
 from models.minimum_jerk import MinimumJerk
 from models.motions import motion_named
+from models.names import unknown
 from models.pen import PenConfig, Prior, ProcessNoise, pen_model
 from models.pen_file import find_pen
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
-from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+from recordings.motion_names import DRAWN
+from recordings.simulate_pen import simulate_model, simulate_recording
 
 FROM_REST = "strokes from rest"
 """A motion of its own for every seed: rest, then minimum-jerk strokes to drawn points."""
@@ -179,7 +180,7 @@ CASES: Mapping[str, BadStart] = MappingProxyType(
 def case_named(name: str) -> BadStart:
     """Return a case of the table; raises `InputError` for an unknown one."""
     if name not in CASES:
-        raise InputError(f"case {name} is unknown, expected one of {', '.join(CASES)}")
+        raise unknown("case", name, CASES)
     return CASES[name]
 
 

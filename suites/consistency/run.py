@@ -19,10 +19,11 @@ import numpy as np
 from estimation.consistency import nees, nis
 from estimation.estimator import run
 from models.arrays import Array
-from models.errors import InputError
+from models.names import unknown
 from models.pen import PenConfig, Prior, ProcessNoise, pen_model
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+from recordings.motion_names import DRAWN
+from recordings.simulate_pen import simulate_model, simulate_recording
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ def case_pen(pen: PenConfig, case: ConsistencyCase) -> PenConfig:
 def case_named(name: str) -> ConsistencyCase:
     """Return a case of the table; raises `InputError` for an unknown one."""
     if name not in CASES:
-        raise InputError(f"case {name} is unknown, expected one of {', '.join(CASES)}")
+        raise unknown("case", name, CASES)
     return CASES[name]
 
 

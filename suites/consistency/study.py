@@ -14,7 +14,7 @@ from estimation.output_folder import prepare_folder
 from models.pen import PenConfig, pen_model
 from models.pen_file import find_pen
 from pen_mhe.estimators import check_estimator
-from recordings.simulate_pen import DRAWN
+from recordings.motion_names import DRAWN
 from suites.consistency.run import ConsistencyRuns, case_named, joined, run_case
 
 RUNS_PER_TASK = 5

@@ -23,13 +23,15 @@ from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
+from models.names import unknown
 from models.pen_file import find_pen
 from models.random_streams import stream
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable
 from models.units import split_unit
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+from recordings.motion_names import DRAWN
+from recordings.simulate_pen import simulate_model, simulate_recording
 from recordings.simulate_turntable import simulate_table
 from suites.optimum.kinds import KINDS, WindowKind
 
@@ -111,11 +113,9 @@ def window_case(key: WindowKey) -> WindowCase:
         If model or kind is unknown.
     """
     if key.model not in window_models():
-        raise InputError(
-            f"model {key.model} is unknown, expected one of {', '.join(window_models())}"
-        )
+        raise unknown("model", key.model, window_models())
     if key.kind not in KINDS:
-        raise InputError(f"window kind {key.kind} is unknown, expected one of {', '.join(KINDS)}")
+        raise unknown("window kind", key.kind, KINDS)
     model, kind = window_models()[key.model], KINDS[key.kind]
     root = np.random.SeedSequence(key.seed)
     start = stream(root, "start")

@@ -30,6 +30,7 @@ from estimation.estimator import Estimator, run
 from estimation.recording import Truth
 from models.arrays import Array
 from models.errors import InputError
+from models.names import unknown
 from models.random_streams import seed_sequence, stream
 from models.replaced_prior import replaced_prior
 from models.turntable import TurntableConfig, mirror, paper_turntable, turntable_model
@@ -81,10 +82,7 @@ class StartTrial:
 
     def __post_init__(self) -> None:
         if self.configuration not in TURNTABLE_CONFIGURATIONS:
-            raise InputError(
-                f"turntable configuration {self.configuration} is unknown, "
-                f"expected one of {', '.join(TURNTABLE_CONFIGURATIONS)}"
-            )
+            raise unknown("turntable configuration", self.configuration, TURNTABLE_CONFIGURATIONS)
         if not 0 <= self.start_error_rad < math.inf:
             raise InputError(f"start_error_rad is {self.start_error_rad}, expected 0 or more")
         if not 0 < self.judged_s <= self.duration_s:

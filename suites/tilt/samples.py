@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from classical_baseline.tilt_conversion import AdcConversion
 from estimation.recording import Recording
 from models.arrays import Array
-from models.errors import InputError
+from models.names import unknown
 from models.random_streams import Seed, seed_sequence
 from models.simulation import sample_times, simulate_readings, states_along, union_of_times
 from models.turntable import TurntableConfig, load_turntable, turntable_model
@@ -61,7 +61,7 @@ def tilt_tracker() -> TurntableConfig:
 def case_named(name: str) -> TiltCase:
     """Return a case of the table; raises `InputError` for an unknown one."""
     if name not in CASES:
-        raise InputError(f"case {name} is unknown, expected one of {', '.join(CASES)}")
+        raise unknown("case", name, CASES)
     return CASES[name]
 
 

@@ -14,7 +14,8 @@ import pandas as pd
 from typer.testing import CliRunner
 
 from commands.cli import app
-from models.pen_file import bundled_pens, find_pen
+from models.bundled import bundled_pens
+from models.pen_file import find_pen
 from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE
 from recordings.formats.tables import recording_to_table
 from recordings.simulate_pen import simulate_recording

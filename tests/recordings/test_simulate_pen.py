@@ -17,7 +17,8 @@ from models.pen import pen_model
 from models.pen_file import find_pen
 from pen_mhe.errors import root_mean_square, state_errors
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import motion_names, simulate_model, simulate_recording
+from recordings.motion_names import motion_names
+from recordings.simulate_pen import simulate_model, simulate_recording
 
 SENSORS = ("accel", "gyro", "camera")
 pytestmark = pytest.mark.usefixtures("interpreted")

@@ -15,7 +15,7 @@ from models.gaussian import GaussianState
 from models.motions import sample_motion
 from models.replaced_prior import replaced_prior
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import DRAWN
+from recordings.motion_names import DRAWN
 from suites.bad_starts.cases import (
     CASES,
     FROM_REST,

@@ -17,7 +17,7 @@ import pytest
 from models.errors import InputError
 from models.pen import PenConfig, pen_model
 from models.pen_file import find_pen
-from recordings.simulate_pen import DRAWN
+from recordings.motion_names import DRAWN
 from suites.consistency.run import (
     ANGLE_JERK,
     CASES,
