@@ -64,7 +64,7 @@ class WindowLoop:
         self._fallback = Fallback(model, self.config, memory, self._reader.layout)
         self._times, self._x = memory.slices["times"].start, memory.slices["x"].start
 
-    def init(self, prior: GaussianState | None = None) -> WindowState:
+    def start(self, prior: GaussianState | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
         return first_window(self.model, self.config, self._engine.memory, prior)
 
@@ -169,7 +169,7 @@ class MheRti:
 
     def init(self, prior: GaussianState | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
-        return self._loop.init(prior)
+        return self._loop.start(prior)
 
     def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
         """Slide the window onto the measurement and make one pass."""
@@ -210,7 +210,7 @@ class Mhe:
 
     def init(self, prior: GaussianState | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
-        return self._loop.init(prior)
+        return self._loop.start(prior)
 
     def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
         """Slide the window onto the measurement and solve it."""
