@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from estimation.recording import Recording
 from models.pen import PenConfig, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.sensor_kinds.table import Sensor
 from models.state_space import StateSpaceModel
 from models.turntable import TILTS, TurntableConfig, paper_turntable, turntable_model
@@ -94,7 +94,7 @@ def _turntable() -> BoundedBody:
 
 def _pen15() -> BoundedBody:
     """Five degrees of freedom, (1) and (9) of [Pen]: 15 states, 5 rows, no bias."""
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     sensors: dict[str, Sensor] = {
         name: pen.sensors[name].model_copy(update=dict(change)) for name, change in NO_BIAS.items()
     }
@@ -105,7 +105,7 @@ def _pen15() -> BoundedBody:
 
 def _pen24() -> BoundedBody:
     """Six degrees of freedom and six biases: 24 states; a camera at its own rate of 30 Hz."""
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     sensors = {name: pen.sensors[name] for name in ("accel", "gyro", "camera")}
     return _pen_body(pen.model_copy(update={"sensors": sensors}), RAISED_PAPER)
 

@@ -18,7 +18,7 @@ from estimation.output_folder import prepare_folder
 from mhe.config import MheConfig
 from models.errors import InputError
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 
 WITH_WINDOW = tuple(name for name, (kind, _) in EXPORTABLE.items() if kind is MheConfig)
 
@@ -29,7 +29,7 @@ class CodegenRequest:
 
     Parameters
     ----------
-    pen, sensors, writing_area : see `models.pen_file.find_pen` and `models.pen.pen_model`
+    pen, sensors, writing_area : see `models.pen_file.load_pen` and `models.pen.pen_model`
     estimator : one of `codegen.exportable.EXPORTABLE`
     horizon, deadline_s : of an estimator with a window; None takes the default
     real : ``double`` or ``float``
@@ -59,7 +59,7 @@ def run_codegen(request: CodegenRequest) -> None:
     InputError
         For what does not fit; the message says what was expected.
     """
-    model = pen_model(find_pen(request.pen), request.sensors, request.writing_area)
+    model = pen_model(load_pen(request.pen), request.sensors, request.writing_area)
     chosen = exportable(request.estimator, model, _config(request))
     export = export_c(chosen, request.real, request.form, request.prefix)
     prepare_folder(request.output)

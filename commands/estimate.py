@@ -16,7 +16,7 @@ from commands.sentences import one_sentence
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import MheConfig
 from models.errors import InputError
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, EstimatorSettings
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def estimate(
         prepare_output(output)
         if figure is not None:
             prepare_output(figure, FIGURE_SUFFIXES)
-        config = find_pen(pen)
+        config = load_pen(pen)
         loaded = load_recording(recording, config, read_units(units))
         settings = EstimatorSettings(
             mhe=MheConfig(

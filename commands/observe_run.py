@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from benchmark.console import console, print_table
 from estimation.observability import Verdict
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.observe import MOTIONS, observe
 
@@ -15,7 +15,7 @@ def run_observe(
     pen: str, sensors: Sequence[str] | None, writing_area: bool, duration_s: float
 ) -> None:
     """Print a table of the states and the unobservable directions."""
-    found = observe(find_pen(pen), sensors, writing_area, MOTIONS, duration_s)
+    found = observe(load_pen(pen), sensors, writing_area, MOTIONS, duration_s)
     model = found.model
     print_table(
         f"{model.name}: {', '.join(sensor.name for sensor in model.sensors)}; {duration_s:g} s",

@@ -11,7 +11,7 @@ import typer
 from benchmark.console import console
 from commands.options import PenOption, SensorsOption, names
 from commands.sentences import one_sentence
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from recordings.simulate_pen import Stamps, motion_names, simulate_recording
 
 MotionName = StrEnum("MotionName", {name: name for name in motion_names()})  # type: ignore[misc]
@@ -33,7 +33,7 @@ def simulate(
     from recordings.formats.tables import recording_to_table, write_table  # slow to import
 
     with one_sentence():
-        config = find_pen(pen)
+        config = load_pen(pen)
         recording = simulate_recording(
             config, names(sensors), motion.value, duration, seed, speed, stamps.value
         )

@@ -48,7 +48,7 @@ def test_a_first_estimate_imports_nothing_heavy() -> None:
         "import numpy, ekf_baseline.ekf, estimation.native, estimation.recording\n"
         "import models.pen, models.pen_file\n"
         "estimation.native.compiler = lambda: None\n"
-        "model = models.pen.pen_model(models.pen_file.find_pen('reference'), ['accel'])\n"
+        "model = models.pen.pen_model(models.pen_file.load_pen('reference'), ['accel'])\n"
         "ekf = ekf_baseline.ekf.Ekf(model)\n"
         "y = numpy.zeros(model.n_y)\n"
         "ekf.step(ekf.init(), estimation.recording.Measurement(0.0, y))\n"

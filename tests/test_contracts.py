@@ -18,7 +18,7 @@ from mhe.config import MheConfig
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.pen import pen_model
-from models.pen_file import bundled_pens, find_pen
+from models.pen_file import bundled_pens, load_pen
 from models.turntable import paper_turntable
 from pen_mhe.estimators import ESTIMATORS, EstimatorSettings, create_estimator
 from recordings.simulate_pen import simulate_recording
@@ -38,7 +38,7 @@ def recording(body: str) -> Recording:
     if body == "turntable":
         return simulate_table(paper_turntable(), DURATION_S + 0.3, seed=1)
     dof = {"pen5": 5, "pen6": 6}[body]
-    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": dof})
+    pen = load_pen("reference").model_copy(update={"degrees_of_freedom": dof})
     return simulate_recording(pen, None, "turn", DURATION_S + 0.3, seed=1)
 
 
@@ -60,7 +60,7 @@ def test_model(name: str) -> None:
 @pytest.mark.parametrize("pen", bundled_pens())
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 def test_bundled_pen_with_all_its_sensors(pen: str, degrees_of_freedom: int) -> None:
-    config = find_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    config = load_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
     check_model(pen_model(config), np.random.default_rng(0))
 
 

@@ -19,7 +19,7 @@ from models.gentle_hand import BY_SPEED
 from models.minimum_jerk import MinimumJerk
 from models.motions import motion_named
 from models.pen import PenConfig, Prior, ProcessNoise, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
 from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
@@ -184,7 +184,7 @@ def case_named(name: str) -> BadStart:
 
 def case_pen(case: BadStart) -> PenConfig:
     """Return the reference pen with what is known of it in a case."""
-    pen, knowledge = find_pen("reference"), KNOWLEDGE[case.knowledge]
+    pen, knowledge = load_pen("reference"), KNOWLEDGE[case.knowledge]
     sensors = dict(pen.sensors)
     for name in () if knowledge.biases else case.sensors:
         fields = [field for field in type(sensors[name]).model_fields if field.startswith("bias_")]

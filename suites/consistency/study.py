@@ -10,7 +10,7 @@ import numpy as np
 from benchmark.console import console, print_table
 from benchmark.runner.independent import finished
 from models.pen import PenConfig, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from pen_mhe.estimators import check_estimator
 from recordings.simulate_pen import DRAWN
 from suites.consistency.run import ConsistencyRuns, case_named, joined, run_case
@@ -41,7 +41,7 @@ def run_consistency(
     jobs: int,
 ) -> None:
     """Run every case with every estimator and print the table."""
-    config = find_pen(pen)
+    config = load_pen(pen)
     pen_model(config, sensors)
     for estimator in estimators:
         check_estimator(estimator)

@@ -23,7 +23,7 @@ from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.random_streams import stream
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable
@@ -148,7 +148,7 @@ def _recording(
         if rng.choice(kind.table_motions) == DRAWN:
             return simulate_model(model, duration_s, seed)
         return simulate_table(paper_turntable(), duration_s, seed)
-    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": int(body[3:])})
+    pen = load_pen("reference").model_copy(update={"degrees_of_freedom": int(body[3:])})
     motion = str(rng.choice(kind.motions))
     speed = 1.0 if motion == DRAWN else float(rng.uniform(*kind.speed))
     sensors = [sensor.name for sensor in model.measured_sensors]

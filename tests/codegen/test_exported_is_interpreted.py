@@ -15,7 +15,7 @@ from mhe.config import MheConfig
 from mhe.realtime import MheRti
 from models.gaussian import GaussianState
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
 from recordings.simulate_pen import simulate_recording
@@ -99,7 +99,7 @@ def test_bounds_hold() -> None:
 
 def test_the_step_adds_the_writing_area() -> None:
     """Its readings are in the measurements that Python takes, and not in those that C is given."""
-    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": 5})
+    pen = load_pen("reference").model_copy(update={"degrees_of_freedom": 5})
     model = pen_model(pen, ["accel"])
     assert [sensor.name for sensor in model.sensors if sensor.constant_reading is not None]
     recording = simulate_recording(pen, ["accel"], "turn", 0.3, seed=2)

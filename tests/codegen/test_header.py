@@ -20,14 +20,14 @@ from mhe.config import MheConfig
 from mhe.realtime import MheRti
 from models.errors import InputError
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.units import readable_unit
 from tests.codegen.exports import made
 from tests.codegen.toolchains import written
 from tests.engines import needs_compiler
 from tests.estimation import pens
 
-PEN = pen_model(find_pen("reference"), ["accel", "gyro"])
+PEN = pen_model(load_pen("reference"), ["accel", "gyro"])
 C_TYPES = {"double": ctypes.c_double, "float": ctypes.c_float}
 HEADER = made("mhe-rti", PEN).header
 

@@ -13,7 +13,7 @@ from codegen.exportable import exportable
 from codegen.exported import Exported
 from models.arrays import Array
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from recordings.written import load_dpoint
 from tests.codegen.streams import compare
@@ -21,7 +21,7 @@ from tests.engines import needs_compiler
 
 pytestmark = needs_compiler
 
-DPOINT = find_pen("dpoint")
+DPOINT = load_pen("dpoint")
 SENSORS = ("accel", "gyro", "camera")
 ESTIMATORS = ("ekf", "mhe-rti")
 

@@ -14,7 +14,7 @@ import pandas as pd
 from typer.testing import CliRunner
 
 from commands.cli import app
-from models.pen_file import bundled_pens, find_pen
+from models.pen_file import bundled_pens, load_pen
 from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE
 from recordings.formats.tables import recording_to_table
 from recordings.simulate_pen import simulate_recording
@@ -28,7 +28,7 @@ Writer = Callable[[Path], Path]
 @cache
 def table() -> pd.DataFrame:
     """The reference pen's accelerometer and gyroscope along a slow stroke, with truth."""
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     recording = simulate_recording(pen, ["accel", "gyro"], "turn", 6.0, seed=1, speed=0.5)
     return recording_to_table(recording, pen)
 

@@ -12,7 +12,7 @@ from estimation.estimator import run
 from estimation.recording import Recording, Truth
 from estimation.status import Status
 from models.pen import PenConfig, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from pen_mhe.errors import NOT_OBSERVABLE
 from pen_mhe.estimate import EstimateRun, estimate_recording
 from pen_mhe.estimators import create_estimator
@@ -28,7 +28,7 @@ SENSORS = ("accel", "gyro")
 def estimated(recording: Recording, writing_area: bool = True) -> EstimateRun:
     return estimate_recording(
         WrittenRecording(recording),
-        find_pen("reference"),
+        load_pen("reference"),
         "ekf",
         SENSORS,
         writing_area=writing_area,
@@ -36,7 +36,7 @@ def estimated(recording: Recording, writing_area: bool = True) -> EstimateRun:
 
 
 def recorded(duration_s: float = 0.5) -> Recording:
-    return simulate_recording(find_pen("reference"), SENSORS, "handwriting", duration_s)
+    return simulate_recording(load_pen("reference"), SENSORS, "handwriting", duration_s)
 
 
 def with_truth(recording: Recording, missing: str) -> Recording:
@@ -74,7 +74,7 @@ def test_a_writing_area_is_no_reading() -> None:
 
 
 def test_lost_samples_are_remarked_with_a_writing_area() -> None:
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     lossy = {
         name: sensor.model_copy(update={"dropout_fraction": 0.5})
         for name, sensor in pen.sensors.items()
@@ -92,13 +92,13 @@ def test_lost_samples_are_remarked_with_a_writing_area() -> None:
 
 
 def test_a_drawn_truth_without_a_camera_is_judged_without_the_area() -> None:
-    runs = run_case(find_pen("dpoint"), SENSORS, CASES["settled"], "ekf", range(20))
+    runs = run_case(load_pen("dpoint"), SENSORS, CASES["settled"], "ekf", range(20))
     assert abs(runs.nees.mean() - runs.n_x) < 3 * np.sqrt(2 * runs.n_x / len(runs.nees))
 
 
 @pytest.mark.parametrize("pen", ["dpoint", "reference"])
 def test_every_bundled_pen_is_observed_by_default(pen: str) -> None:
-    config: PenConfig = find_pen(pen)
+    config: PenConfig = load_pen(pen)
     found = observe(config, motions=["still"], duration_s=0.2)
     with_rate = {name for name, sensor in config.sensors.items() if sensor.rate_hz is not None}
     assert {sensor.name for sensor in found.model.sensors} == with_rate

@@ -14,7 +14,7 @@ from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.units import STANDARD_GRAVITY_M_S2
 from recordings.formats.tables import recording_from_table, recording_to_table
 from recordings.plausible_units import check_units
@@ -24,7 +24,7 @@ from tests.recordings.swings import swinging
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 DEG, G = np.pi / 180, STANDARD_GRAVITY_M_S2
-PEN = find_pen("reference")
+PEN = load_pen("reference")
 TURNED = [[0, -1, 0], [-1, 0, 0], [0, 0, -1]]
 READ_RIGHT = {"accel": "m_s2", "gyro": "rad_s"}
 
@@ -179,7 +179,7 @@ def test_a_sensor_whose_unit_is_unknown_is_not_checked() -> None:
 
 
 def test_the_real_pen(dpoint_folder: Path) -> None:
-    pen = find_pen("dpoint")
+    pen = load_pen("dpoint")
     table = recording_to_table(load_recording(dpoint_folder, pen).recording, pen)
     recording = recording_from_table(table, pen, "dpoint")
     check_all(recording, pen, WRONG_ACCELEROMETER | WRONG_GYROSCOPE)

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from models.errors import InputError
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.units import STANDARD_GRAVITY_M_S2
 from recordings.formats.columns import column_units
 from recordings.formats.tables import (
@@ -21,7 +21,7 @@ from recordings.formats.tables import (
 from recordings.read import load_recording
 from recordings.simulate_pen import simulate_recording
 
-PEN = find_pen("reference")
+PEN = load_pen("reference")
 
 
 def table(**columns: object) -> pd.DataFrame:

@@ -20,7 +20,7 @@ from models.arrays import Array
 from models.minimum_jerk import MinimumJerk
 from models.motions import MotionConfig, sample_motion
 from models.pen import PenConfig, Prior, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import EstimatorSettings, create_estimator
@@ -46,7 +46,7 @@ ENDS_S = {"ekf": THERE_AND_BACK_S, "mhe": ONCE_S}
 
 def pen_at(start_deg: Array, degrees_of_freedom: int) -> PenConfig:
     """Return the reference pen, picked up where we know it: 2°, hardly moving."""
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     azimuth, elevation, spin = np.radians(start_deg)
     std = np.radians(START_STD_DEG)
     prior = Prior(
@@ -173,7 +173,7 @@ def test_a_start_that_is_hardly_known_stays_finite(name: str) -> None:
 
     Without a camera its elevation may be off by more than 10°, whoever estimates it.
     """
-    passage(name, find_pen("reference"), INERTIAL, "upright", ONCE_S).check()
+    passage(name, load_pen("reference"), INERTIAL, "upright", ONCE_S).check()
 
 
 def of_sum_and_difference(history: EstimateHistory) -> Array:
