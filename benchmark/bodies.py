@@ -13,7 +13,7 @@ from models.pen_file import load_pen
 from models.sensor_kinds.table import Sensor
 from models.state_space import StateSpaceModel
 from models.turntable import TILTS, TurntableConfig, paper_turntable, turntable_model
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 from recordings.simulate_turntable import simulate_table
 
 NO_BIAS: Mapping[str, Mapping[str, object]] = MappingProxyType(
@@ -72,7 +72,9 @@ def _pen_body(pen: PenConfig, bounds: Bounds) -> BoundedBody:
         pen,
         # The sensors as they are: a writing area would be a sixth to eighth row.
         lambda: pen_model(pen, writing_area=False),
-        lambda duration_s, seed: simulate_recording(pen, None, MOTION, duration_s, seed),
+        lambda duration_s, seed: simulate(
+            pen, None, motion=MOTION, duration_s=duration_s, seed=seed
+        ),
         bounds,
     )
 

@@ -12,7 +12,8 @@ from benchmark.console import console
 from commands.options import PenOption, SensorsOption, names
 from commands.sentences import one_sentence
 from models.pen_file import load_pen
-from recordings.simulate_pen import Stamps, motion_names, simulate_recording
+from recordings.simulate_pen import Stamps, motion_names
+from recordings.simulate_pen import simulate as simulate_recording
 
 MotionName = StrEnum("MotionName", {name: name for name in motion_names()})  # type: ignore[misc]
 StampsName = StrEnum("StampsName", {name: name for name in get_args(Stamps)})  # type: ignore[misc]
@@ -35,7 +36,13 @@ def simulate(
     with one_sentence():
         config = load_pen(pen)
         recording = simulate_recording(
-            config, names(sensors), motion.value, duration, seed, speed, stamps.value
+            config,
+            names(sensors),
+            motion=motion.value,
+            duration_s=duration,
+            seed=seed,
+            speed=speed,
+            stamps=stamps.value,
         )
         write_table(recording_to_table(recording, config), output)
         console.print(f"{len(recording.time_s)} instants, written to {output}")

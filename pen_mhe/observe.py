@@ -16,7 +16,7 @@ from estimation.recording import Recording
 from models.errors import InputError
 from models.pen import PenConfig, pen_model
 from models.state_space import StateSpaceModel
-from recordings.simulate_pen import sensors_with_a_rate, simulate_recording
+from recordings.simulate_pen import sensors_with_a_rate, simulate
 
 MOTIONS = ("still", "handwriting")
 """Motions that the verdict is given for: what rest leaves open, writing may show."""
@@ -72,7 +72,7 @@ def observe(
     return SensorVerdict(
         model,
         {
-            motion: judge(model, simulate_recording(pen, measured, motion, duration_s))
+            motion: judge(model, simulate(pen, measured, motion=motion, duration_s=duration_s))
             for motion in motions
         },
     )

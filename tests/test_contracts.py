@@ -21,7 +21,7 @@ from models.pen import pen_model
 from models.pen_file import bundled_pens, load_pen
 from models.turntable import paper_turntable
 from pen_mhe.estimators import ESTIMATORS, EstimatorSettings, create_estimator
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 from recordings.simulate_turntable import simulate_table
 from tests.contracts import check_failures, check_history, check_inputs_unchanged, check_model
 
@@ -39,7 +39,7 @@ def recording(body: str) -> Recording:
         return simulate_table(paper_turntable(), DURATION_S + 0.3, seed=1)
     dof = {"pen5": 5, "pen6": 6}[body]
     pen = load_pen("reference").model_copy(update={"degrees_of_freedom": dof})
-    return simulate_recording(pen, None, "turn", DURATION_S + 0.3, seed=1)
+    return simulate(pen, None, motion="turn", duration_s=DURATION_S + 0.3, seed=1)
 
 
 def measurements(name: str) -> list[Measurement]:

@@ -71,7 +71,7 @@ def as_in_casadis_example(model: StateSpaceModel, y: Array) -> Array:
 
 def drawn(model: StateSpaceModel, seed: int) -> tuple[Array, Array]:
     """Return readings (n, 1) and true states (n, 2), as many as in CasADi's example."""
-    recording = simulate_model(model, 50.0, seed)
+    recording = simulate_model(model, duration_s=50.0, seed=seed)
     assert recording.truth is not None
     states = recording.truth.states(model.state_names, recording.time_s)
     return recording.sensor("ruler")[1], states

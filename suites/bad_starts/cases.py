@@ -22,7 +22,7 @@ from models.pen import PenConfig, Prior, ProcessNoise, pen_model
 from models.pen_file import load_pen
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
-from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+from recordings.simulate_pen import DRAWN, simulate, simulate_model
 
 FROM_REST = "strokes from rest"
 """A motion of its own for every seed: rest, then minimum-jerk strokes to drawn points."""
@@ -209,9 +209,11 @@ def case_model(case: BadStart) -> StateSpaceModel:
 def case_recording(case: BadStart, seed: int) -> Recording:
     """Return the recording of a seed, with its truth."""
     if case.motion == DRAWN:
-        return simulate_model(case_model(case), case.duration_s, seed)
+        return simulate_model(case_model(case), duration_s=case.duration_s, seed=seed)
     motion = strokes_from_rest(seed) if case.motion == FROM_REST else motion_named(case.motion)
-    return simulate_recording(case_pen(case), case.sensors, motion, case.duration_s, seed)
+    return simulate(
+        case_pen(case), case.sensors, motion=motion, duration_s=case.duration_s, seed=seed
+    )
 
 
 def strokes_from_rest(seed: int, duration_s: float = BadStart.duration_s) -> MinimumJerk:

@@ -21,7 +21,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig, Prior, ProcessNoise, pen_model
 from pen_mhe.estimators import EstimatorSettings, create_estimator
-from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+from recordings.simulate_pen import DRAWN, simulate, simulate_model
 
 
 @dataclass(frozen=True)
@@ -143,9 +143,11 @@ def run_case(
     mean_nees, nis_per_row = [], []
     for seed in seeds:
         if case.motion == DRAWN:
-            recording = simulate_model(model, case.duration_s, seed)
+            recording = simulate_model(model, duration_s=case.duration_s, seed=seed)
         else:
-            recording = simulate_recording(pen, sensors, case.motion, case.duration_s, seed)
+            recording = simulate(
+                pen, sensors, motion=case.motion, duration_s=case.duration_s, seed=seed
+            )
         assert recording.truth is not None
         history = run(built, recording)
         states = recording.truth.states(model.state_names, history.time_s)

@@ -19,7 +19,7 @@ from models.pen import pen_model
 from models.pen_file import load_pen
 from recordings.formats.columns import recording_columns
 from recordings.formats.tables import recording_to_table
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 from tests.codegen.exports import made
 from tests.engines import needs_compiler
 
@@ -32,7 +32,7 @@ STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
 @cache
 def table() -> pd.DataFrame:
     pen = load_pen("reference")
-    return recording_to_table(simulate_recording(pen, SENSORS, "turn", 0.5, seed=3), pen)
+    return recording_to_table(simulate(pen, SENSORS, motion="turn", duration_s=0.5, seed=3), pen)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from models.pen import pen_model
 from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.observe import judge, observe
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -154,6 +154,6 @@ def test_without_its_symmetry_the_azimuth_would_seem_seen() -> None:
     """The area's linearised readings alone leave a fifth of what was known before."""
     config, sensors = load_pen("dpoint"), ("accel", "gyro")
     model = pen_model(config, sensors).replace(symmetries=())
-    found = judge(model, simulate_recording(config, sensors, "handwriting", 10.0))
+    found = judge(model, simulate(config, sensors, motion="handwriting", duration_s=10.0))
     assert found.sees("azimuth_rad")
     assert found.observability.directions == ()

@@ -17,7 +17,7 @@ from pen_mhe.errors import NOT_OBSERVABLE
 from pen_mhe.estimate import EstimateRun, estimate_recording
 from pen_mhe.estimators import create_estimator
 from pen_mhe.observe import observe
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 from recordings.written import WrittenRecording
 from suites.consistency.run import CASES, run_case
 
@@ -36,7 +36,7 @@ def estimated(recording: Recording, writing_area: bool = True) -> EstimateRun:
 
 
 def recorded(duration_s: float = 0.5) -> Recording:
-    return simulate_recording(load_pen("reference"), SENSORS, "handwriting", duration_s)
+    return simulate(load_pen("reference"), SENSORS, motion="handwriting", duration_s=duration_s)
 
 
 def with_truth(recording: Recording, missing: str) -> Recording:
@@ -79,7 +79,9 @@ def test_lost_samples_are_remarked_with_a_writing_area() -> None:
         name: sensor.model_copy(update={"dropout_fraction": 0.5})
         for name, sensor in pen.sensors.items()
     }
-    recording = simulate_recording(pen.model_copy(update={"sensors": lossy}), SENSORS, "turn", 0.5)
+    recording = simulate(
+        pen.model_copy(update={"sensors": lossy}), SENSORS, motion="turn", duration_s=0.5
+    )
     model = pen_model(pen, SENSORS)
     history = run(create_estimator("ekf", model), recording)
     lost = np.all([np.isnan(recording.readings[name]).all(axis=1) for name in SENSORS], axis=0)

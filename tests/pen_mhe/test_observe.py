@@ -14,7 +14,7 @@ from models.motions import sample_motion
 from models.pen import kinematic_states, pen_model
 from models.pen_file import load_pen
 from pen_mhe.observe import MOTIONS, SensorVerdict, judge, observe
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -107,7 +107,7 @@ def test_a_motion_shows_no_less_than_rest() -> None:
 
 @cache
 def turn() -> Recording:
-    return simulate_recording(load_pen("reference"), ("accel", "gyro"), "turn", 0.3, seed=2)
+    return simulate(load_pen("reference"), ("accel", "gyro"), motion="turn", duration_s=0.3, seed=2)
 
 
 def test_the_verdict_depends_on_which_readings_there_are_not_on_their_values() -> None:

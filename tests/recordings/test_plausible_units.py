@@ -19,7 +19,7 @@ from models.units import STANDARD_GRAVITY_M_S2
 from recordings.formats.tables import recording_from_table, recording_to_table
 from recordings.plausible_units import check_units
 from recordings.read import load_recording
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 from tests.recordings.swings import swinging
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -87,21 +87,25 @@ FAST = [("turn", 2.0, 1.5), ("loops", 1.0, 3.0), ("yong", 1.0, 3.0), ("handwriti
 
 @pytest.mark.parametrize(("motion", "speed", "duration_s"), GENTLE)
 def test_simulated_motions(motion: str, speed: float, duration_s: float) -> None:
-    recording = simulate_recording(PEN, ["accel", "gyro"], motion, duration_s, 1, speed)
+    recording = simulate(
+        PEN, ["accel", "gyro"], motion=motion, duration_s=duration_s, seed=1, speed=speed
+    )
     check_all(recording, PEN, WRONG_ACCELEROMETER | WRONG_GYROSCOPE)
 
 
 @pytest.mark.parametrize(("motion", "speed", "duration_s"), FAST)
 def test_fast_motions_are_not_doubted(motion: str, speed: float, duration_s: float) -> None:
     """The hand's acceleration hides how gravity turns: no word on the gyroscope."""
-    recording = simulate_recording(PEN, ["accel", "gyro"], motion, duration_s, 1, speed)
+    recording = simulate(
+        PEN, ["accel", "gyro"], motion=motion, duration_s=duration_s, seed=1, speed=speed
+    )
     check_all(recording, PEN, WRONG_ACCELEROMETER)
     rates = {**recording.readings, "gyro": recording.readings["gyro"] * DEG}
     check_units(dataclasses.replace(recording, readings=rates), PEN)
 
 
 def test_a_pen_at_rest_says_nothing_of_its_gyroscope() -> None:
-    recording = simulate_recording(PEN, ["accel", "gyro"], "still", 10.0, 1)
+    recording = simulate(PEN, ["accel", "gyro"], motion="still", duration_s=10.0, seed=1)
     check_all(recording, PEN, WRONG_ACCELEROMETER)
     for factor in (DEG, 1 / DEG):
         readings = {**recording.readings, "gyro": recording.readings["gyro"] * factor}

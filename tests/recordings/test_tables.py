@@ -19,7 +19,7 @@ from recordings.formats.tables import (
     write_table,
 )
 from recordings.read import load_recording
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 
 PEN = load_pen("reference")
 
@@ -33,7 +33,7 @@ def table(**columns: object) -> pd.DataFrame:
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_round_trip_keeps_readings_and_truth(tmp_path: Path, suffix: str) -> None:
-    recording = simulate_recording(PEN, ["accel", "camera"], "turn", 0.2, seed=1)
+    recording = simulate(PEN, ["accel", "camera"], motion="turn", duration_s=0.2, seed=1)
     path = tmp_path / f"pen{suffix}"
     write_table(recording_to_table(recording, PEN), path)
     again = load_recording(path, PEN).recording
@@ -50,7 +50,7 @@ def test_round_trip_keeps_readings_and_truth(tmp_path: Path, suffix: str) -> Non
 
 def test_truth_of_a_recording_stamped_on_arrival() -> None:
     """The truth is then given at more instants than there are readings."""
-    recording = simulate_recording(PEN, ["accel", "camera"], "turn", 0.2, stamps="arrival")
+    recording = simulate(PEN, ["accel", "camera"], motion="turn", duration_s=0.2, stamps="arrival")
     assert recording.truth is not None
     again = recording_from_table(recording_to_table(recording, PEN), PEN, "r").truth
     assert again is not None

@@ -24,7 +24,7 @@ from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import EstimatorSettings, create_estimator
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -99,7 +99,7 @@ def passage(
     name: str, pen: PenConfig, sensors: tuple[str, ...], motion: str | MotionConfig, end_s: float
 ) -> Passage:
     model = pen_model(pen, sensors)
-    recording = simulate_recording(pen, sensors, motion, end_s, seed=0)
+    recording = simulate(pen, sensors, motion=motion, duration_s=end_s, seed=0)
     return Passage(model, run(create_estimator(name, model, SETTINGS), recording), recording)
 
 
