@@ -78,7 +78,7 @@ def estimate(
     from pen_mhe.estimate import estimate_recording
     from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
     from recordings.formats.tables import prepare_output, write_table
-    from recordings.read import load_recording
+    from recordings.read import read_written
     from recordings.thinning import CameraThinning
 
     with one_sentence():
@@ -86,7 +86,7 @@ def estimate(
         if figure is not None:
             prepare_output(figure, FIGURE_SUFFIXES)
         config = load_pen(pen)
-        loaded = load_recording(recording, config, read_units(units))
+        loaded = read_written(recording, config, units=read_units(units))
         settings = EstimatorSettings(
             mhe=MheConfig(
                 horizon=horizon,

@@ -15,7 +15,7 @@ from models.pen_file import load_pen
 from pen_mhe.estimate import EstimateRun, estimate_recording
 from pen_mhe.estimators import EstimatorSettings
 from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE, read_dpoint
-from recordings.read import load_recording
+from recordings.read import read_written
 from recordings.thinning import CameraThinning
 from suites.real.dpoint_run import RATES
 from suites.real.suite import SUITE as REAL
@@ -30,7 +30,7 @@ def estimate(
 ) -> EstimateRun:
     pen = load_pen("dpoint")
     return estimate_recording(
-        load_recording(folder, pen),
+        read_written(folder, pen),
         pen,
         estimator,
         ("accel", "gyro", "camera"),
@@ -101,7 +101,7 @@ def test_a_broken_scan_is_refused_before_the_run(dpoint_folder: Path, tmp_path: 
         (tmp_path / name).symlink_to(dpoint_folder / name)
     (tmp_path / "scan.jpg").write_bytes((dpoint_folder / "scan.jpg").read_bytes()[:1000])
     with pytest.raises(InputError, match=r"scan\.jpg: .* expected an image"):
-        load_recording(tmp_path, load_pen("dpoint"))
+        read_written(tmp_path, load_pen("dpoint"))
 
 
 def test_bad_folders(tmp_path: Path) -> None:

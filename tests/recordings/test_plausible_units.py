@@ -18,7 +18,7 @@ from models.pen_file import load_pen
 from models.units import STANDARD_GRAVITY_M_S2
 from recordings.formats.tables import recording_from_table, recording_to_table
 from recordings.plausible_units import check_units
-from recordings.read import load_recording
+from recordings.read import read_recording
 from recordings.simulate_pen import simulate
 from tests.recordings.swings import swinging
 
@@ -184,7 +184,7 @@ def test_a_sensor_whose_unit_is_unknown_is_not_checked() -> None:
 
 def test_the_real_pen(dpoint_folder: Path) -> None:
     pen = load_pen("dpoint")
-    table = recording_to_table(load_recording(dpoint_folder, pen).recording, pen)
+    table = recording_to_table(read_recording(dpoint_folder, pen), pen)
     recording = recording_from_table(table, pen, "dpoint")
     check_all(recording, pen, WRONG_ACCELEROMETER | WRONG_GYROSCOPE)
     for start_s in range(0, 36, 3):
