@@ -20,7 +20,7 @@ from models.pen_file import load_pen
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, EstimatorSettings
 
 if TYPE_CHECKING:
-    from pen_mhe.estimate import EstimateRun
+    from pen_mhe.estimate_run import EstimateRun
 
 EstimatorName = StrEnum("EstimatorName", {name: name for name in ESTIMATORS})  # type: ignore[misc]
 ArrivalCostName = StrEnum(  # type: ignore[misc]
@@ -75,7 +75,7 @@ def estimate(
     deviations (…_std), status, iterations and step_time_s.
     """
     # Tables and figures are slow to import: only where a command needs them.
-    from pen_mhe.estimate import estimate_recording
+    from pen_mhe.estimate_run import estimate_recording
     from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
     from recordings.formats.tables import prepare_output, write_table
     from recordings.read import read_written

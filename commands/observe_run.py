@@ -8,7 +8,7 @@ from benchmark.console import console, print_table
 from estimation.observability import Verdict
 from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
-from pen_mhe.observe import MOTIONS, observe
+from pen_mhe.sensor_verdict import MOTIONS, observe
 
 
 def run_observe(

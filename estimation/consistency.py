@@ -111,7 +111,7 @@ def nis(history: EstimateHistory, rows: NDArray[np.bool_] | None = None) -> tupl
     return np.array(squared), present.sum(axis=1)
 
 
-def consistency(squared: Array, freedom: Array | int) -> Consistency:
+def consistency_of(squared: Array, freedom: Array | int) -> Consistency:
     """Compare squared distances with the χ² law.
 
     Parameters

@@ -20,7 +20,7 @@ from models.pen import pen_model
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import ERROR_COLUMNS, state_errors
 from pen_mhe.estimators import create_estimator
-from pen_mhe.observe import judge
+from pen_mhe.sensor_verdict import judge
 from recordings.simulate_pen import simulate
 from suites.pen.pen_cases import DURATION_S, MOTION, PEN_CASES, REFERENCE, assumed_pen, moving_pen
 

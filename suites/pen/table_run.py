@@ -24,7 +24,7 @@ from models.table_motion import table_motions
 from models.turntable import TILTS, paper_turntable, turntable_model
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import create_estimator
-from pen_mhe.observe import judge
+from pen_mhe.sensor_verdict import judge
 from recordings.simulate_turntable import simulate_stroke, simulate_table
 from suites.pen.turntable_starts import StartTrial, run_start
 

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from commands.cli import app
 from models.pen_file import load_pen
-from pen_mhe.observe import MOTIONS
+from pen_mhe.sensor_verdict import MOTIONS
 from suites.consistency.run import CASES, run_case
 from suites.printed_cost import study
 from suites.printed_cost.run import CONFIGURATIONS, MODELS

@@ -12,7 +12,7 @@ from models.heading import heading_symmetry
 from models.pen import pen_model
 from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
-from pen_mhe.observe import judge, observe
+from pen_mhe.sensor_verdict import judge, observe
 from recordings.simulate_pen import simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")

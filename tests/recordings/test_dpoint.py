@@ -12,7 +12,7 @@ from benchmark.tasks.suite import Scope
 from mhe.config import MheConfig
 from models.errors import InputError
 from models.pen_file import load_pen
-from pen_mhe.estimate import EstimateRun, estimate_recording
+from pen_mhe.estimate_run import EstimateRun, estimate_recording
 from pen_mhe.estimators import EstimatorSettings
 from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE, read_dpoint
 from recordings.read import read_written

@@ -14,9 +14,9 @@ from estimation.status import Status
 from models.pen import PenConfig, pen_model
 from models.pen_file import load_pen
 from pen_mhe.errors import NOT_OBSERVABLE
-from pen_mhe.estimate import EstimateRun, estimate_recording
+from pen_mhe.estimate_run import EstimateRun, estimate_recording
 from pen_mhe.estimators import create_estimator
-from pen_mhe.observe import observe
+from pen_mhe.sensor_verdict import observe
 from recordings.simulate_pen import simulate
 from recordings.written import WrittenRecording
 from suites.consistency.run import CASES, run_case

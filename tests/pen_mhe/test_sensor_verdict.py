@@ -13,7 +13,7 @@ from models.errors import InputError
 from models.motions import sample_motion
 from models.pen import kinematic_states, pen_model
 from models.pen_file import load_pen
-from pen_mhe.observe import MOTIONS, SensorVerdict, judge, observe
+from pen_mhe.sensor_verdict import MOTIONS, SensorVerdict, judge, observe
 from recordings.simulate_pen import simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")

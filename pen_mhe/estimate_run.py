@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimation.consistency import Consistency, consistency, nees, nis
+from estimation.consistency import Consistency, consistency_of, nees, nis
 from estimation.estimate import EstimateHistory
 from estimation.estimator import run
 from estimation.recording import Recording
@@ -16,7 +16,7 @@ from models.pen import PenConfig, pen_model
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, seen_only, state_errors
 from pen_mhe.estimators import EstimatorSettings, create_estimator
-from pen_mhe.observe import judge
+from pen_mhe.sensor_verdict import judge
 from recordings.ink import InkMatch, ink_match
 from recordings.thinning import CameraThinning, LeftOutError, left_out_error, thinned
 from recordings.written import WrittenRecording
@@ -131,7 +131,7 @@ def _true_rms(
 
 def _nis(model: StateSpaceModel, history: EstimateHistory) -> Consistency | None:
     squared, rows = nis(history, model.measured_rows)
-    return consistency(squared, rows) if rows.any() else None
+    return consistency_of(squared, rows) if rows.any() else None
 
 
 def _nees(
@@ -141,4 +141,4 @@ def _nees(
     if truth is None or not set(model.state_names) <= set(truth.names):
         return None
     squared = nees(model, history, truth.states(model.state_names, history.time_s))
-    return None if np.isnan(squared).all() else consistency(squared, model.n_x)
+    return None if np.isnan(squared).all() else consistency_of(squared, model.n_x)
