@@ -10,7 +10,7 @@ from typing import Any
 from rich.console import Console
 
 from benchmark.console import console
-from codegen.export import export_c
+from codegen.export import export_texts
 from codegen.exportable import EXPORTABLE, exportable
 from codegen.folder import write_export
 from codegen.sizes import find_target, measure
@@ -61,7 +61,7 @@ def run_codegen(request: CodegenRequest) -> None:
     """
     model = pen_model(load_pen(request.pen), request.sensors, request.writing_area)
     chosen = exportable(request.estimator, model, _config(request))
-    export = export_c(chosen, request.real, request.form, request.prefix)
+    export = export_texts(chosen, request.real, request.form, request.prefix)
     prepare_folder(request.output)
     target = find_target()
     with Console(stderr=True).status("compiling, to measure"):

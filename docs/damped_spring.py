@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from estimation.estimator import run
-from models.own_model import OwnSensor, own_model
+from models.own_models import OwnSensor, own_model
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import LEAST_SQUARES, create_estimator
 from recordings.simulate_pen import simulate_model

@@ -29,7 +29,7 @@ def test_heavy_modules_would_be_seen() -> None:
     "code",
     [
         "import mhe, mhe.realtime, mhe.reference.ipopt, ekf_baseline.ekf",
-        "import models.pen, models.turntable, models.own_model",
+        "import models.pen, models.turntable, models.own_models",
         "import pen_mhe.estimators, recordings.simulate_pen",
         "from estimation import consistency, observability",
     ],

@@ -6,7 +6,7 @@ back outside the clock.
 
 from __future__ import annotations
 
-from codegen.export import export_c
+from codegen.export import export_texts
 from codegen.exportable import exportable
 from codegen.exported import Exported, ExportedState
 from estimation import native
@@ -42,7 +42,7 @@ class ExportedStep:
         if native.compiler() is None:
             raise ContenderAbsentError("there is no export to run without a compiler")
         try:
-            self._exported = Exported(export_c(exportable(name, model, config), real))
+            self._exported = Exported(export_texts(exportable(name, model, config), real))
         except InputError as refusal:
             raise ContenderAbsentError(str(refusal)) from None
         self._state = self._exported.init()

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from codegen.estimate_fields import estimate_fields, estimate_structure, offsets
-from codegen.export import export_c
+from codegen.export import export_texts
 from codegen.exportable import exportable
 from codegen.names import macros
 from estimation.result import result_layout
@@ -104,7 +104,7 @@ def test_a_window_begins_as_in_python(arrival_cost: str) -> None:
 
 
 def test_a_prefix_is_everywhere() -> None:
-    export = export_c(exportable("ekf", PEN), prefix="left_hand")
+    export = export_texts(exportable("ekf", PEN), prefix="left_hand")
     assert "typedef double left_hand_real;" in export.header
     assert not re.search(r"\bpen_|\bPEN_(?!MHE)", export.header + export.source)
 
@@ -112,7 +112,7 @@ def test_a_prefix_is_everywhere() -> None:
 @pytest.mark.parametrize("prefix", ["", "Pen", "1st", "my-pen", "stift ", "a b"])
 def test_a_prefix_that_c_cannot_have(prefix: str) -> None:
     with pytest.raises(InputError, match=r"prefix '.*', expected small letters"):
-        export_c(exportable("ekf", PEN), prefix=prefix)
+        export_texts(exportable("ekf", PEN), prefix=prefix)
 
 
 def test_names_become_distinct_words_of_c() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.export import export_c
+from codegen.export import export_texts
 from codegen.exportable import exportable
 from codegen.exported import Exported
 from models.arrays import Array
@@ -28,7 +28,9 @@ ESTIMATORS = ("ekf", "mhe-rti")
 
 def pair(name: str, model: StateSpaceModel) -> tuple[Exported, Exported]:
     """Return an estimator in single and in double precision, with its usual settings."""
-    single, double = (Exported(export_c(exportable(name, model), r)) for r in ("float", "double"))
+    single, double = (
+        Exported(export_texts(exportable(name, model), r)) for r in ("float", "double")
+    )
     return single, double
 
 

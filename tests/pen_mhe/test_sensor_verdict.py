@@ -23,7 +23,7 @@ SECONDS = 1.0
 
 @cache
 def found(pen: str, sensors: tuple[str, ...], writing_area: bool = True) -> SensorVerdict:
-    return observe(load_pen(pen), sensors, writing_area, duration_s=SECONDS)
+    return observe(load_pen(pen), sensors, writing_area=writing_area, duration_s=SECONDS)
 
 
 def words(verdicts: SensorVerdict, motion: str) -> list[str]:

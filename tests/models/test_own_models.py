@@ -15,7 +15,7 @@ from estimation.status import Status
 from mhe.config import MheConfig
 from models.arrays import Array
 from models.errors import InputError
-from models.own_model import OwnSensor, own_model
+from models.own_models import OwnSensor, own_model
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import ESTIMATORS, LEAST_SQUARES, EstimatorSettings, create_estimator
 from recordings.simulate_pen import simulate_model
