@@ -5,7 +5,7 @@ alone give (gyro-free)::
 
     from classical_baseline import FixedWeightConfig, fixed_weight
 
-    tilts = fixed_weight.run(FixedWeightConfig(…), time_s, acceleration, rates)
+    tilts = fixed_weight.run(FixedWeightConfig(weight=0.25), time_s, acceleration, rates)
 """
 
 from models.lazy import lazy_face

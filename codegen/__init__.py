@@ -2,9 +2,9 @@
 
 As C99 without allocation and without libraries, in double or single precision::
 
-    from codegen import export_texts, write_export
+    from codegen import export_c
 
-    write_export(export_texts("mhe-rti", model, real="float"), "pen_c")
+    export_c("mhe-rti", model, "pen_c", real="float")
 """
 
 from models.lazy import lazy_face

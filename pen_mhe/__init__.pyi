@@ -26,6 +26,7 @@ from pen_mhe.errors import rms_errors as rms_errors
 from pen_mhe.errors import state_errors as state_errors
 from pen_mhe.estimate_run import estimate as estimate
 from pen_mhe.estimators import ESTIMATORS as ESTIMATORS
+from pen_mhe.estimators import LEAST_SQUARES as LEAST_SQUARES
 from pen_mhe.estimators import create_estimator as create_estimator
 from pen_mhe.sensor_verdict import observe as observe
 from pen_mhe.version import __version__ as __version__

@@ -43,7 +43,7 @@ Q, R = DISTURBANCE_STD**2 * G @ G.T, np.array([[NOISE_STD**2]])
 def names() -> dict[str, Any]:
     """What the example defines, without its loop over the estimators."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pen_mhe.estimators.LEAST_SQUARES", {})
+        patch.setattr("pen_mhe.LEAST_SQUARES", ())
         return runpy.run_path(str(EXAMPLE))
 
 

@@ -18,8 +18,8 @@ from benchmark.tasks.task import OK, Outcome, Quantity, Task
 from estimation.estimator import Estimator, run
 from estimation.observability import Verdict
 from models.arrays import Array
+from models.priors import replaced_prior
 from models.random_streams import seed_sequence, stream
-from models.replaced_prior import replaced_prior
 from models.table_motion import table_motions
 from models.turntable import TILTS, paper_turntable, turntable_model
 from pen_mhe.errors import state_errors

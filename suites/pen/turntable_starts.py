@@ -30,8 +30,8 @@ from estimation.estimator import Estimator, run
 from estimation.recording import Truth
 from models.arrays import Array
 from models.errors import InputError
+from models.priors import replaced_prior
 from models.random_streams import seed_sequence, stream
-from models.replaced_prior import replaced_prior
 from models.turntable import TurntableConfig, mirror, paper_turntable, turntable_model
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import EstimatorSettings, create_estimator
