@@ -82,14 +82,15 @@ def test_the_worked_example_works() -> None:
 @pytest.mark.slow
 def test_type_checkers_see_what_stands_behind_it(tmp_path: Path) -> None:
     pytest.importorskip("mypy", reason="the extra [lint] is not installed")
-    code = (
+    script = tmp_path / "user.py"
+    script.write_text(
         "import pen_mhe as pm\nfrom mhe import Mhe\n"
         "reveal_type(pm.load_pen('reference'))\n"
         "reveal_type(Mhe)\n"
         "pm.load_pen(3)\n"
         "pm.find_pen\n"
     )
-    command = [sys.executable, "-m", "mypy", "--no-error-summary", "-c", code]
+    command = [sys.executable, "-m", "mypy", str(script)]
     found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout
     assert '"models.pen.PenConfig"' in found
     assert "def (model: models.state_space.StateSpaceModel" in found
