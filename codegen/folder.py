@@ -11,7 +11,7 @@ from codegen.export import Export, export_texts
 from codegen.exportable import exportable, is_timed
 from codegen.header import state_units, title
 from codegen.names import macros
-from codegen.sizes import Sizes, size_words
+from codegen.sizes import Sizes, find_target, measure, size_words
 from codegen.template import AtTemplate, filled
 from ekf_baseline.ekf import EkfConfig
 from estimation.output_folder import prepare_folder
@@ -41,7 +41,7 @@ def export_c(
     form: str | None = None,
     prefix: str = "pen",
 ) -> Export:
-    """Write an estimator as C into a folder, and return what was written.
+    """Write an estimator as C into a folder, measure what it takes, return what was written.
 
     Parameters
     ----------
@@ -57,7 +57,10 @@ def export_c(
         written.
     """
     export = export_texts(exportable(estimator, model, config), real, form, prefix)
-    write_export(export, Path(folder), None, "pen_mhe.export_c")
+    prepare_folder(Path(folder))
+    target = find_target()
+    sizes = None if target is None else measure(export, target)
+    write_export(export, Path(folder), sizes, "pen_mhe.export_c")
     return export
 
 

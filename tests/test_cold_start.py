@@ -32,6 +32,7 @@ def test_heavy_modules_would_be_seen() -> None:
         "import models.pen, models.turntable, models.own_models",
         "import pen_mhe.estimators, recordings.simulate_pen",
         "from estimation import consistency, observability",
+        "import pen_mhe as pm; pm.simulate, pm.create_estimator, pm.run, pm.observe, pm.Mhe",
     ],
 )
 def test_estimators_import_nothing_heavy(code: str) -> None:

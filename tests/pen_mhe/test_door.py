@@ -63,7 +63,7 @@ def test_help_teaches() -> None:
     text = pydoc.plain(pydoc.render_doc(pm))
     assert inspect.cleandoc(pm.__doc__ or "").splitlines()[0] in text
     assert "pen = pm.load_pen(" in text
-    assert all(f"{name}" in text for name in pm.__all__)
+    assert all(name in text for name in pm.__all__)
 
 
 def test_the_worked_example_works() -> None:
@@ -96,6 +96,7 @@ def test_type_checkers_see_what_stands_behind_it(tmp_path: Path) -> None:
     assert "def (model: models.state_space.StateSpaceModel" in found
     assert 'incompatible type "int"; expected "str | Path"' in found
     assert 'has no attribute "find_pen"' in found
+    assert "Found 2 errors" in found
 
 
 def opened(folder: Path, code: str = "import pen_mhe; pen_mhe.Status") -> tuple[int, str]:
