@@ -1,6 +1,6 @@
 """Whether the rooms that Python finds are ours.
 
-They are packages with plain names: a ``models.py`` beside a script comes before ours. This
+They are packages with plain names: a file models.py beside a script comes before ours. This
 module imports no other room: it may not be ours.
 """
 
