@@ -45,7 +45,7 @@ class Export:
     generated: str
 
 
-def export_c(
+def export_texts(
     exported: Exportable, real: str = "double", form: str | None = None, prefix: str = "pen"
 ) -> Export:
     """Write an estimator as C.

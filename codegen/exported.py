@@ -31,7 +31,7 @@ class ExportedState:
 
 
 class Exported:
-    """An estimator around an export; see `codegen.export.export_c`.
+    """An estimator around an export; see `codegen.export.export_texts`.
 
     Its workspace is static: one instance of an export per process. What a caller of the C
     does not give (the readings of sensors that read a constant) is not taken from measurements.

@@ -10,13 +10,13 @@ from typing import Any
 from rich.console import Console
 
 from benchmark.console import console
-from codegen.export import export_c
+from codegen.export import export_texts
 from codegen.exportable import exportable
 from codegen.folder import write_export
 from codegen.sizes import find_target, measure
 from estimation.output_folder import prepare_folder
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class CodegenRequest:
 
     Parameters
     ----------
-    pen, sensors, writing_area : see `models.pen_file.find_pen` and `models.pen.pen_model`
+    pen, sensors, writing_area : see `models.pen_file.load_pen` and `models.pen.pen_model`
     estimator : one of `codegen.exportable.EXPORTABLE`
     horizon, deadline_s : of an estimator with a window; None takes the default
     real : ``double`` or ``float``
@@ -55,9 +55,9 @@ def run_codegen(request: CodegenRequest) -> None:
     InputError
         For what does not fit; the message says what was expected.
     """
-    model = pen_model(find_pen(request.pen), request.sensors, writing_area=request.writing_area)
+    model = pen_model(load_pen(request.pen), request.sensors, writing_area=request.writing_area)
     chosen = exportable(request.estimator, model, **_settings(request))
-    export = export_c(chosen, request.real, request.form, request.prefix)
+    export = export_texts(chosen, request.real, request.form, request.prefix)
     prepare_folder(request.output)
     target = find_target()
     with Console(stderr=True).status("compiling, to measure"):

@@ -17,11 +17,11 @@ from commands.options import units as read_units
 from commands.sentences import one_sentence
 from commands.setting_options import check_options, settings_group
 from models.errors import InputError
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 
 if TYPE_CHECKING:
-    from pen_mhe.estimate import EstimateRun
+    from pen_mhe.estimate_run import EstimateRun
     from recordings.thinning import CameraThinning
 
 EstimatorName = StrEnum("EstimatorName", {name: name for name in ESTIMATORS})  # type: ignore[misc]
@@ -89,18 +89,18 @@ def estimate(
     deviations (…_std), status, iterations and step_time_s.
     """
     # Tables and figures are slow to import: only where a command needs them.
-    from pen_mhe.estimate import estimate_recording
+    from pen_mhe.estimate_run import estimate_recording
     from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
     from recordings.formats.tables import prepare_output, write_table
-    from recordings.read import load_recording
+    from recordings.read import read_written
 
     with one_sentence():
         check_options(estimator.value, settings)
         prepare_output(written.output)
         if written.figure is not None:
             prepare_output(written.figure, FIGURE_SUFFIXES)
-        pen = find_pen(source.pen)
-        loaded = load_recording(source.recording, pen, read_units(source.units))
+        pen = load_pen(source.pen)
+        loaded = read_written(source.recording, pen, units=read_units(source.units))
         thinning = part.thinning()
         with progress(estimator.value) as start:
             result = estimate_recording(

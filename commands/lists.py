@@ -13,7 +13,7 @@ from typing import Any, get_args
 import typer
 
 from models.bundled import bundled_pens, sensor_names
-from recordings.motion_names import motion_names
+from recordings.motion_list import motion_names
 from suites.table import MODULES
 
 

@@ -33,15 +33,21 @@ def simulate(
     """Write a simulated recording, with its truth in columns true_…"""
     # Models and tables are slow to import.
     from benchmark.console import console
-    from models.pen_file import find_pen
+    from models.pen_file import load_pen
+    from recordings import simulate_pen
     from recordings.formats.tables import prepare_output, recording_to_table, write_table
-    from recordings.simulate_pen import simulate_recording
 
     with one_sentence():
         prepare_output(output)
-        config = find_pen(pen)
-        recording = simulate_recording(
-            config, names(sensors), motion, duration, seed, speed, stamps
+        config = load_pen(pen)
+        recording = simulate_pen.simulate(
+            config,
+            names(sensors),
+            motion=motion,
+            duration_s=duration,
+            seed=seed,
+            speed=speed,
+            stamps=stamps,
         )
         write_table(recording_to_table(recording, config), output)
         console.print(f"{len(recording.time_s)} instants, written to {output}")

@@ -128,7 +128,7 @@ def nis(history: EstimateHistory, rows: NDArray[np.bool_] | None = None) -> tupl
     return squared_distances(history.innovation, S, present), freedom
 
 
-def consistency(squared: Array, freedom: Array | int) -> Consistency:
+def consistency_of(squared: Array, freedom: Array | int) -> Consistency:
     """Compare squared distances with the χ² law.
 
     Parameters

@@ -25,6 +25,9 @@ from models.version import VERSION_KEY, check_version
 
 ConfigT = TypeVar("ConfigT", bound=UnitConfig)
 
+AnyPen = PenConfig | str | Path
+"""A pen, the name of a bundled one, or the path of a pen file."""
+
 
 @cache
 def _preset_table() -> dict[str, dict[str, Any]]:
@@ -34,18 +37,6 @@ def _preset_table() -> dict[str, dict[str, Any]]:
 def presets() -> dict[str, dict[str, Any]]:
     """Return the sensor presets by name: keys of a sensor in a pen file, and ``source``."""
     return {name: dict(values) for name, values in _preset_table().items()}
-
-
-def load_pen(path: str | Path) -> PenConfig:
-    """Read and validate a pen file.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, is not TOML, or a key or value in it is wrong;
-        the message names the file, the key and what was expected.
-    """
-    return load_config(path, PenConfig, "pen file")
 
 
 def parse_pen(data: dict[str, Any], where: str = "pen") -> PenConfig:
@@ -137,19 +128,26 @@ def _one_sentence(error: ValidationError, where: str) -> str:
     return f"{where}: key {'.'.join(keys) or '(top level)'}: {message}{rest}"
 
 
-def find_pen(pen: str | Path) -> PenConfig:
-    """Load a pen file, or a bundled pen by its name.
+def load_pen(pen: str | Path) -> PenConfig:
+    """Read and validate a pen file, or a bundled pen by its name.
 
     Raises
     ------
     InputError
-        If there is no such file and no such pen, or its file is wrong.
+        If the file is missing, is not TOML, or a key or value in it is wrong;
+        the message names the file, the key and what was expected.
     """
-    if str(pen) in bundled_pens() and not Path(pen).is_file():
-        return load_pen(bundled_pens()[str(pen)])
-    if not Path(pen).exists():
+    path = Path(pen)
+    if str(pen) in bundled_pens() and not path.is_file():
+        path = bundled_pens()[str(pen)]
+    elif not path.exists():
         raise InputError(
             f"pen file {pen} does not exist; expected a file, "
             f"or a bundled pen: {', '.join(bundled_pens())}{did_you_mean(pen, bundled_pens())}"
         )
-    return load_pen(pen)
+    return load_config(path, PenConfig, "pen file")
+
+
+def as_pen(pen: AnyPen) -> PenConfig:
+    """Return a pen as it is, or load it."""
+    return pen if isinstance(pen, PenConfig) else load_pen(pen)

@@ -81,6 +81,26 @@ def root_mean_square(
     return result
 
 
+def rms_errors(
+    model: StateSpaceModel, history: EstimateHistory, truth: Truth, *, after_s: float = 0.0
+) -> dict[str, float]:
+    """Return the RMS error per column of `ERROR_COLUMNS` that the model and the truth have.
+
+    Parameters
+    ----------
+    after_s : from the first estimate on, s: what comes earlier does not count
+
+    Raises
+    ------
+    InputError
+        If an estimate's instant is not among the truth's.
+    """
+    errors = state_errors(model, history, truth)
+    return root_mean_square(
+        model, errors[history.time_s >= history.time_s[0] + after_s], ERROR_COLUMNS
+    )
+
+
 def seen_only(
     model: StateSpaceModel, values: Mapping[str, float], verdict: Verdict
 ) -> dict[str, float | str]:

@@ -5,20 +5,29 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from estimation.recording import Recording
 from models.errors import InputError
-from models.pen import PenConfig
+from models.pen_file import AnyPen, as_pen
 from recordings.formats.table import FORMATS, format_names, format_of
 from recordings.written import WrittenRecording
 
 
-def load_recording(
-    path: Path, pen: PenConfig, units: Mapping[str, str] | None = None
+def read_recording(
+    path: str | Path, pen: AnyPen, *, units: Mapping[str, str] | None = None
+) -> Recording:
+    """Read a recording of a pen's sensors; see `read_written`, which brings its ink too."""
+    return read_written(path, pen, units=units).recording
+
+
+def read_written(
+    path: str | Path, pen: AnyPen, *, units: Mapping[str, str] | None = None
 ) -> WrittenRecording:
-    """Read a recording of a pen's sensors.
+    """Read a recording of a pen's sensors with the ink that it left.
 
     Parameters
     ----------
     path : of one of `recordings.formats.table.FORMATS`
+    pen : a pen, the name of a bundled one, or the path of a pen file
     units : sensor name → unit, for tables whose headers have none
 
     Raises
@@ -27,6 +36,7 @@ def load_recording(
         If it does not exist, does not fit the pen, has a single sample, or only
         makes sense in other units; see `recordings.plausible_units`.
     """
+    path, config = Path(path), as_pen(pen)
     if not path.exists():
         raise InputError(f"recording {path} does not exist, expected {format_names()}")
     row = format_of(path)
@@ -36,7 +46,7 @@ def load_recording(
             f"recording {path}: suffix {path.suffix or '(none)'} is unknown, "
             f"expected {format_names(suffixes_first)}"
         )
-    loaded = row.read(path, pen, units=units)
+    loaded = row.read(path, config, units=units)
     if len(loaded.recording.time_s) < 2:
         raise InputError(f"recording {path} has a single sample, expected at least two")
     return loaded

@@ -13,6 +13,7 @@ from models.errors import InputError
 from models.motions import MotionConfig, sample_motion
 from models.names import expected_one_of, unknown
 from models.pen import PenConfig, pen_model
+from models.pen_file import AnyPen, as_pen
 from models.random_streams import seed_sequence, stream
 from models.simulation import (
     arrival_times,
@@ -23,8 +24,8 @@ from models.simulation import (
     union_of_times,
 )
 from models.state_space import StateSpaceModel
-from recordings.motion_names import DRAWN as DRAWN  # both are looked for here, too
-from recordings.motion_names import motion_names as motion_names
+from recordings.motion_list import DRAWN as DRAWN  # both are looked for here, too
+from recordings.motion_list import motion_names as motion_names
 
 Stamps = Literal["capture", "arrival"]
 
@@ -34,9 +35,10 @@ def sensors_with_a_rate(pen: PenConfig) -> tuple[str, ...]:
     return tuple(name for name, sensor in pen.sensors.items() if sensor.rate_hz is not None)
 
 
-def simulate_recording(
-    pen: PenConfig,
+def simulate(
+    pen: AnyPen = "reference",
     sensors: Iterable[str] | None = None,
+    *,
     motion: str | MotionConfig = "turn",
     duration_s: float = 3.0,
     seed: int = 0,
@@ -50,7 +52,7 @@ def simulate_recording(
 
     Parameters
     ----------
-    pen : the pen
+    pen : a pen, the name of a bundled one, or the path of a pen file
     sensors : names of its sensors; None takes all that have a rate
     motion : a name of `motion_names`, or a configuration of one's own
     duration_s : s
@@ -66,11 +68,12 @@ def simulate_recording(
     """
     if isinstance(motion, str) and motion not in motion_names():
         raise unknown("motion", motion, motion_names())
-    model = pen_model(pen, sensors_with_a_rate(pen) if sensors is None else sensors)
+    config = as_pen(pen)
+    model = pen_model(config, sensors_with_a_rate(config) if sensors is None else sensors)
     if motion == DRAWN:
         if speed != 1:
             raise InputError(f"speed is {speed} for the motion {DRAWN}, expected 1: it has its own")
-        return simulate_model(model, duration_s, seed=seed, stamps=stamps)
+        return simulate_model(model, duration_s=duration_s, seed=seed, stamps=stamps)
 
     def truth(time_s: Array, captured: Mapping[str, Array], root: np.random.SeedSequence) -> Array:
         played = sample_motion(motion, time_s, seed=stream(root, "motion"), speed=speed)
@@ -81,11 +84,15 @@ def simulate_recording(
 
 
 def simulate_model(
-    model: StateSpaceModel, duration_s: float, *, seed: int = 0, stamps: Stamps | str = "capture"
+    model: StateSpaceModel,
+    *,
+    duration_s: float = 3.0,
+    seed: int = 0,
+    stamps: Stamps | str = "capture",
 ) -> Recording:
     """Simulate any model's sensors along a truth drawn from its own prior and process noise.
 
-    Parameters and errors as for `simulate_recording`.
+    Parameters and errors as for `simulate`.
     """
 
     def truth(time_s: Array, captured: Mapping[str, Array], root: np.random.SeedSequence) -> Array:

@@ -19,11 +19,11 @@ from models.bundled import bundled_pens
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable
 from pen_mhe.estimators import ESTIMATORS, create_estimator, settings_read
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 from recordings.simulate_turntable import simulate_table
 from tests.contracts import check_failures, check_history, check_inputs_unchanged, check_model
 
@@ -44,8 +44,8 @@ def recording(body: str) -> Recording:
     if body == "turntable":
         return simulate_table(paper_turntable(), DURATION_S + 0.3, seed=1)
     dof = {"pen5": 5, "pen6": 6}[body]
-    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": dof})
-    return simulate_recording(pen, None, "turn", DURATION_S + 0.3, seed=1)
+    pen = load_pen("reference").model_copy(update={"degrees_of_freedom": dof})
+    return simulate(pen, None, motion="turn", duration_s=DURATION_S + 0.3, seed=1)
 
 
 def measurements(name: str) -> list[Measurement]:
@@ -66,7 +66,7 @@ def test_model(name: str) -> None:
 @pytest.mark.parametrize("pen", bundled_pens())
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 def test_bundled_pen_with_all_its_sensors(pen: str, degrees_of_freedom: int) -> None:
-    config = find_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    config = load_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
     check_model(pen_model(config), np.random.default_rng(0))
 
 

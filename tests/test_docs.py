@@ -42,7 +42,7 @@ Q, R = DISTURBANCE_STD**2 * G @ G.T, np.array([[NOISE_STD**2]])
 def names() -> dict[str, Any]:
     """What the example defines, without its loop over the estimators."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pen_mhe.estimators.LEAST_SQUARES", {})
+        patch.setattr("pen_mhe.LEAST_SQUARES", ())
         return runpy.run_path(str(EXAMPLE))
 
 
@@ -70,7 +70,7 @@ def as_in_casadis_example(model: StateSpaceModel, y: Array) -> Array:
 
 def drawn(model: StateSpaceModel, seed: int) -> tuple[Array, Array]:
     """Return readings (n, 1) and true states (n, 2), as many as in CasADi's example."""
-    recording = simulate_model(model, 50.0, seed=seed)
+    recording = simulate_model(model, duration_s=50.0, seed=seed)
     assert recording.truth is not None
     states = recording.truth.states(model.state_names, recording.time_s)
     return recording.sensor("ruler")[1], states

@@ -23,7 +23,7 @@ from estimation.recording import Measurement, Recording
 from mhe.config import MheConfig
 from mhe.realtime import MheRti
 from models.state_space import StateSpaceModel
-from pen_mhe.compare import compare
+from pen_mhe.comparison import compare
 from suites.bad_starts.cases import CASES, case_pen
 from tests.linear_models import coupled_system
 

@@ -20,11 +20,11 @@ from models.minimum_jerk import MinimumJerk
 from models.motions import motion_named
 from models.names import unknown
 from models.pen import PenConfig, Prior, ProcessNoise, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
-from recordings.motion_names import DRAWN
-from recordings.simulate_pen import simulate_model, simulate_recording
+from recordings.motion_list import DRAWN
+from recordings.simulate_pen import simulate, simulate_model
 
 FROM_REST = "strokes from rest"
 """A motion of its own for every seed: rest, then minimum-jerk strokes to drawn points."""
@@ -186,7 +186,7 @@ def case_named(name: str) -> BadStart:
 
 def case_pen(case: BadStart) -> PenConfig:
     """Return the reference pen with what is known of it in a case."""
-    pen, knowledge = find_pen("reference"), KNOWLEDGE[case.knowledge]
+    pen, knowledge = load_pen("reference"), KNOWLEDGE[case.knowledge]
     sensors = dict(pen.sensors)
     for name in () if knowledge.biases else case.sensors:
         fields = [field for field in type(sensors[name]).model_fields if field.startswith("bias_")]
@@ -211,9 +211,11 @@ def case_model(case: BadStart) -> StateSpaceModel:
 def case_recording(case: BadStart, seed: int) -> Recording:
     """Return the recording of a seed, with its truth."""
     if case.motion == DRAWN:
-        return simulate_model(case_model(case), case.duration_s, seed=seed)
+        return simulate_model(case_model(case), duration_s=case.duration_s, seed=seed)
     motion = strokes_from_rest(seed) if case.motion == FROM_REST else motion_named(case.motion)
-    return simulate_recording(case_pen(case), case.sensors, motion, case.duration_s, seed)
+    return simulate(
+        case_pen(case), case.sensors, motion=motion, duration_s=case.duration_s, seed=seed
+    )
 
 
 def strokes_from_rest(seed: int, duration_s: float = BadStart.duration_s) -> MinimumJerk:

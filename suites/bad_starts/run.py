@@ -23,8 +23,8 @@ from benchmark.configurations import BENCHMARK_ESTIMATORS
 from estimation.estimator import Estimator, run
 from models.arrays import Array
 from models.pen import PenConfig, moving_pen
+from models.priors import replaced_prior
 from models.random_streams import seed_sequence, stream
-from models.replaced_prior import replaced_prior
 from pen_mhe.estimators import create_estimator
 from suites.bad_starts.cases import KNOWLEDGE, BadStart, case_model, case_pen, case_recording
 

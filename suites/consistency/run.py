@@ -22,8 +22,8 @@ from models.arrays import Array
 from models.names import unknown
 from models.pen import PenConfig, Prior, ProcessNoise, pen_model
 from pen_mhe.estimators import create_estimator
-from recordings.motion_names import DRAWN
-from recordings.simulate_pen import simulate_model, simulate_recording
+from recordings.motion_list import DRAWN
+from recordings.simulate_pen import simulate, simulate_model
 
 
 @dataclass(frozen=True)
@@ -145,9 +145,11 @@ def run_case(
     mean_nees, nis_per_row = [], []
     for seed in seeds:
         if case.motion == DRAWN:
-            recording = simulate_model(model, case.duration_s, seed=seed)
+            recording = simulate_model(model, duration_s=case.duration_s, seed=seed)
         else:
-            recording = simulate_recording(pen, sensors, case.motion, case.duration_s, seed)
+            recording = simulate(
+                pen, sensors, motion=case.motion, duration_s=case.duration_s, seed=seed
+            )
         assert recording.truth is not None
         history = run(built, recording, covariances=True)
         states = recording.truth.states(model.state_names, history.time_s)

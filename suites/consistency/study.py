@@ -12,9 +12,9 @@ from benchmark.console import console, print_table
 from benchmark.runner.kept import Jobs, kept_results
 from estimation.output_folder import prepare_folder
 from models.pen import PenConfig, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from pen_mhe.estimators import check_estimator
-from recordings.motion_names import DRAWN
+from recordings.motion_list import DRAWN
 from suites.consistency.run import ConsistencyRuns, case_named, joined, run_case
 
 RUNS_PER_TASK = 5
@@ -53,7 +53,7 @@ def run_consistency(
     ----------
     output : folder that keeps what is finished
     """
-    config = find_pen(pen)
+    config = load_pen(pen)
     pen_model(config, sensors)
     for estimator in estimators:
         check_estimator(estimator)

@@ -24,14 +24,14 @@ from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.names import unknown
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.random_streams import stream
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable
 from models.units import split_unit
 from pen_mhe.estimators import create_estimator
-from recordings.motion_names import DRAWN
-from recordings.simulate_pen import simulate_model, simulate_recording
+from recordings.motion_list import DRAWN
+from recordings.simulate_pen import simulate, simulate_model
 from recordings.simulate_turntable import simulate_table
 from suites.optimum.kinds import KINDS, WindowKind
 
@@ -158,13 +158,13 @@ def _recording(
     body, seed = key.model.split()[0], int(rng.integers(2**31))
     if body == "turntable":
         if rng.choice(kind.table_motions) == DRAWN:
-            return simulate_model(model, duration_s, seed=seed)
+            return simulate_model(model, duration_s=duration_s, seed=seed)
         return simulate_table(paper_turntable(), duration_s, seed)
-    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": int(body[3:])})
+    pen = load_pen("reference").model_copy(update={"degrees_of_freedom": int(body[3:])})
     motion = str(rng.choice(kind.motions))
     speed = 1.0 if motion == DRAWN else float(rng.uniform(*kind.speed))
     sensors = [sensor.name for sensor in model.measured_sensors]
-    return simulate_recording(pen, sensors, motion, duration_s, seed, speed)
+    return simulate(pen, sensors, motion=motion, duration_s=duration_s, seed=seed, speed=speed)
 
 
 def _carried(model: str, measurements: Sequence[Measurement]) -> GaussianState:

@@ -31,8 +31,8 @@ from estimation.recording import Truth
 from models.arrays import Array
 from models.errors import InputError
 from models.names import unknown
+from models.priors import replaced_prior
 from models.random_streams import seed_sequence, stream
-from models.replaced_prior import replaced_prior
 from models.turntable import TurntableConfig, mirror, paper_turntable, turntable_model
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import create_estimator

@@ -29,7 +29,7 @@ from models.printed import PRINTED_ERRORS, PrintedError
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, state_errors
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 
 MOTION = "handwriting"
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0)
@@ -123,7 +123,7 @@ def paper_pen(errors: Sequence[PrintedError] = (), speed: float = 1.0) -> PenCon
 def simulated(speed: float, seed: int, duration_s: float) -> Recording:
     """Simulate the rigid body at a speed, all its sensors; a seed is one motion and its noise."""
     pen = paper_pen(speed=speed)
-    return simulate_recording(pen, None, MOTION, duration_s, seed, speed)
+    return simulate(pen, None, motion=MOTION, duration_s=duration_s, seed=seed, speed=speed)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from codegen.export import export_c
+from codegen.export import export_texts
 from codegen.exportable import exportable
 from codegen.exported import Exported, ExportedState
 from estimation import native
@@ -45,7 +45,7 @@ class ExportedStep:
         if native.compiler() is None:
             raise ContenderAbsentError("there is no export to run without a compiler")
         try:
-            self._exported = Exported(export_c(exportable(name, model, **settings), real))
+            self._exported = Exported(export_texts(exportable(name, model, **settings), real))
         except InputError as refusal:
             raise ContenderAbsentError(str(refusal)) from None
         self._state = self._exported.init()

@@ -16,7 +16,7 @@ from classical_baseline.fixed_weight import FixedWeightConfig
 from classical_baseline.weight_search import Ended
 from estimation.estimator import Estimator, run
 from models.arrays import Array
-from models.replaced_prior import replaced_prior
+from models.priors import replaced_prior
 from models.turntable import turntable_model
 from pen_mhe.estimators import create_estimator
 from suites.tilt.cases import FULL_TURN

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from codegen.export import Export, export_c
+from codegen.export import Export, export_texts
 from codegen.exportable import exportable
 from codegen.exported import Exported
 from ekf_baseline.ekf import Ekf
@@ -37,7 +37,7 @@ def made(
     settings: Settings | None = None,
 ) -> Export:
     """Write an export, with the short settings unless others are given."""
-    return export_c(exportable(name, model, **(settings or SHORT[name])), real, form)
+    return export_texts(exportable(name, model, **(settings or SHORT[name])), real, form)
 
 
 def exported(

@@ -14,10 +14,10 @@ from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
 from models.gaussian import GaussianState
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 from tests.closeness import estimate_error
 from tests.codegen.exports import Settings, exported, interpreted, told
 from tests.disturbed import ABSURD_AT, EMPTY_AT, INFINITE_AT, LATE_AT, SATURATED_AT, disturbed
@@ -101,10 +101,10 @@ def test_bounds_hold() -> None:
 
 def test_the_step_adds_the_writing_area() -> None:
     """Its readings are in the measurements that Python takes, and not in those that C is given."""
-    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": 5})
+    pen = load_pen("reference").model_copy(update={"degrees_of_freedom": 5})
     model = pen_model(pen, ["accel"])
     assert [sensor.name for sensor in model.sensors if sensor.constant_reading is not None]
-    recording = simulate_recording(pen, ["accel"], "turn", 0.3, seed=2)
+    recording = simulate(pen, ["accel"], motion="turn", duration_s=0.3, seed=2)
     shifted = replace(recording, time_s=recording.time_s + 12.34567, truth=None)
     measurements = list(shifted.measurements(model))
     area = np.isfinite([m.y[-1] for m in measurements])

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.export import export_c
+from codegen.export import export_texts
 from codegen.exportable import exportable
 from mhe.compiled.loop import FUNCTIONS_OF
 from models.state_space import StateSpaceModel
@@ -111,7 +111,7 @@ def test_two_exports_live_side_by_side(tmp_path: Path) -> None:
     offered = []
     for prefix in ("left", "right"):
         (tmp_path / prefix).mkdir()
-        export = export_c(exportable("ekf", PEN), "float", prefix=prefix)
+        export = export_texts(exportable("ekf", PEN), "float", prefix=prefix)
         compile_strictly(HOST, export, tmp_path / prefix)
         files = (f"{prefix}.o", f"{prefix}_model.o")
         undefined = set().union(*(symbols(HOST, tmp_path / prefix, f, "-u") for f in files))

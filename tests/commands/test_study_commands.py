@@ -12,8 +12,8 @@ import pytest
 from typer.testing import CliRunner
 
 from commands.cli import app
-from models.pen_file import find_pen
-from pen_mhe.observe import MOTIONS
+from models.pen_file import load_pen
+from pen_mhe.sensor_verdict import MOTIONS
 from suites.consistency.run import CASES, run_case
 from suites.printed_cost import study
 from suites.printed_cost.run import CONFIGURATIONS, MODELS
@@ -116,7 +116,7 @@ def test_consistency_prints_a_row_per_case_and_estimator(tmp_path: Path) -> None
     case = CASES["settled"]
     assert list(table) == ["truth", "---", case.label]
     estimator, nees, expected, away, nis = table[case.label]
-    runs = run_case(find_pen("dpoint"), ("accel", "gyro", "camera"), case, "ekf", range(2))
+    runs = run_case(load_pen("dpoint"), ("accel", "gyro", "camera"), case, "ekf", range(2))
     assert (estimator, expected) == ("ekf", "24")
     assert nees == f"{runs.nees.mean():.4g} (median {np.median(runs.nees):.4g})"
     assert away.startswith(f"{runs.deviation:+.1f} (")

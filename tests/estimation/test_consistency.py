@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ekf_baseline.ekf import Ekf
-from estimation.consistency import PROBABILITY, consistency, nees, nis
+from estimation.consistency import PROBABILITY, consistency_of, nees, nis
 from estimation.estimator import run_measurements
 from estimation.history import Covariances, EstimateHistory
 from estimation.recording import Measurement
@@ -81,11 +81,11 @@ def test_a_kalman_filter_is_consistent() -> None:
         freedoms.append(freedom)
     assert_mean(np.array(error_means), SYSTEM.model.n_x)
     # The last instants of the runs are independent: χ² holds exactly.
-    last = consistency(np.array(newest), SYSTEM.model.n_x)
+    last = consistency_of(np.array(newest), SYSTEM.model.n_x)
     assert (last.count, last.expected) == (n_runs, SYSTEM.model.n_x)
     assert last.is_inside
     # Innovations are independent within a run, too.
-    white = consistency(np.concatenate(innovations), np.concatenate(freedoms))
+    white = consistency_of(np.concatenate(innovations), np.concatenate(freedoms))
     assert white.is_inside
     assert white.count > 1400
     assert white.inside_fraction == pytest.approx(
@@ -109,8 +109,8 @@ def test_an_mhe_is_consistent() -> None:
         of_filter = nees(SYSTEM.model, filtered, run.states)
         np.testing.assert_allclose(of_errors, of_filter, rtol=1e-6, atol=1e-9)
         np.testing.assert_allclose(squared, nis(filtered)[0], rtol=1e-6, atol=1e-9)
-    assert consistency(np.array(newest), SYSTEM.model.n_x).is_inside
-    assert consistency(np.concatenate(innovations), np.concatenate(freedoms)).is_inside
+    assert consistency_of(np.array(newest), SYSTEM.model.n_x).is_inside
+    assert consistency_of(np.concatenate(innovations), np.concatenate(freedoms)).is_inside
 
 
 @pytest.mark.parametrize(("factor", "too_sure"), [(0.5, True), (2.0, False)])
@@ -125,8 +125,8 @@ def test_a_wrong_noise_level_is_found(factor: float, too_sure: bool) -> None:
         squared, freedom = nis(history)
         innovations.append(squared)
         freedoms.append(freedom)
-    of_innovations = consistency(np.concatenate(innovations), np.concatenate(freedoms))
-    of_errors = consistency(np.array(newest), model.n_x)
+    of_innovations = consistency_of(np.concatenate(innovations), np.concatenate(freedoms))
+    of_errors = consistency_of(np.array(newest), model.n_x)
     for found in (of_innovations, of_errors):
         assert not found.is_inside
         assert (found.mean > found.upper) is too_sure
@@ -205,7 +205,7 @@ def test_a_covariance_that_is_none_is_infinitely_inconsistent() -> None:
     history = history_of(np.ones((5, 4)), covariance, SYSTEM.model.state_names)
     squared = nees(SYSTEM.model, history, np.zeros((5, 4)))
     np.testing.assert_array_equal(squared, [4.0, np.inf, np.inf, np.inf, 4.0])
-    found = consistency(squared, 4)
+    found = consistency_of(squared, 4)
     assert found.mean == np.inf
     assert not found.is_inside
 
@@ -220,7 +220,7 @@ def test_unknown_truth_does_not_count() -> None:
     known = np.delete(np.arange(20), [4, 11])
     assert np.isnan(squared[[4, 11]]).all()
     np.testing.assert_array_equal(squared[known], all_known[known])
-    found = consistency(squared, 4)
+    found = consistency_of(squared, 4)
     assert found.count == 18
     assert found.mean == pytest.approx(all_known[known].mean(), rel=1e-14)
 
@@ -234,4 +234,4 @@ def test_bad_input_is_refused() -> None:
     with pytest.raises(InputError, match=r"shape \(5, 3\), expected \(5, 4\)"):
         nees(SYSTEM.model, history, run.states[:, :3])
     with pytest.raises(InputError, match="no instant to judge consistency by"):
-        consistency(np.full(3, np.nan), 2)
+        consistency_of(np.full(3, np.nan), 2)

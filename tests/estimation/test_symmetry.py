@@ -10,10 +10,10 @@ from estimation.symmetry import direction, holds
 from models.arrays import Array
 from models.heading import heading_symmetry
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
-from pen_mhe.observe import judge, observe
-from recordings.simulate_pen import simulate_recording
+from pen_mhe.sensor_verdict import judge, observe
+from recordings.simulate_pen import simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -33,7 +33,7 @@ def model_of(
     pen: str = "reference",
     degrees_of_freedom: int = 6,
 ) -> StateSpaceModel:
-    config = find_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    config = load_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
     return pen_model(config, sensors, writing_area=writing_area)
 
 
@@ -144,7 +144,7 @@ def test_the_direction_turns_with_the_centre() -> None:
 def test_the_azimuth_stays_unseen_however_long_the_motion(pen: str) -> None:
     """Ten seconds of handwriting within the writing area: no side of it is told."""
     motion = "handwriting"
-    found = observe(find_pen(pen), ("accel", "gyro"), motions=[motion], duration_s=10.0)
+    found = observe(load_pen(pen), ("accel", "gyro"), motions=[motion], duration_s=10.0)
     verdict = found.by_motion[motion]
     assert not verdict.sees("azimuth_rad")
     assert verdict.sees("elevation_rad")
@@ -154,8 +154,8 @@ def test_the_azimuth_stays_unseen_however_long_the_motion(pen: str) -> None:
 
 def test_without_its_symmetry_the_azimuth_would_seem_seen() -> None:
     """The area's linearised readings alone leave a fifth of what was known before."""
-    config, sensors = find_pen("dpoint"), ("accel", "gyro")
+    config, sensors = load_pen("dpoint"), ("accel", "gyro")
     model = pen_model(config, sensors).replace(symmetries=())
-    found = judge(model, simulate_recording(config, sensors, "handwriting", 10.0))
+    found = judge(model, simulate(config, sensors, motion="handwriting", duration_s=10.0))
     assert found.sees("azimuth_rad")
     assert found.observability.directions == ()

@@ -13,7 +13,7 @@ from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.reuse import SETTLED, reuse_threshold
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.turntable import paper_turntable, turntable_model
 from tests.closeness import covariance_error, estimate_error, mean_error
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
@@ -201,7 +201,7 @@ def test_a_bad_start_is_linearised_again() -> None:
 
 def test_without_a_threshold_the_model_decides() -> None:
     """Factors stay where sensors hold all states, else an estimate follows its linearisation."""
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     choices = {
         ("accel", "gyro", "camera"): True,
         ("camera",): True,

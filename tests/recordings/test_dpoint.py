@@ -10,11 +10,11 @@ import pytest
 
 from benchmark.tasks.suite import Scope
 from models.errors import InputError
-from models.pen_file import find_pen
-from pen_mhe.estimate import EstimateRun, estimate_recording
+from models.pen_file import load_pen
+from pen_mhe.estimate_run import EstimateRun, estimate_recording
 from pen_mhe.estimators import settings_read
 from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE, read_dpoint
-from recordings.read import load_recording
+from recordings.read import read_written
 from recordings.thinning import CameraThinning
 from suites.real.dpoint_run import RATES
 from suites.real.suite import SUITE as REAL
@@ -27,9 +27,9 @@ HORIZON = 20
 def estimate(
     folder: Path, estimator: str, rate_hz: float, phase: int, duration_s: float | None = None
 ) -> EstimateRun:
-    pen = find_pen("dpoint")
+    pen = load_pen("dpoint")
     return estimate_recording(
-        load_recording(folder, pen),
+        read_written(folder, pen),
         pen,
         estimator=estimator,
         sensors=("accel", "gyro", "camera"),
@@ -100,7 +100,7 @@ def test_a_broken_scan_is_refused_before_the_run(dpoint_folder: Path, tmp_path: 
         (tmp_path / name).symlink_to(dpoint_folder / name)
     (tmp_path / "scan.jpg").write_bytes((dpoint_folder / "scan.jpg").read_bytes()[:1000])
     with pytest.raises(InputError, match=r"scan\.jpg: .* expected an image"):
-        load_recording(tmp_path, find_pen("dpoint"))
+        read_written(tmp_path, load_pen("dpoint"))
 
 
 def test_bad_folders(tmp_path: Path) -> None:

@@ -14,17 +14,17 @@ from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.units import STANDARD_GRAVITY_M_S2
 from recordings.formats.tables import recording_from_table, recording_to_table
 from recordings.plausible_units import check_units
-from recordings.read import load_recording
-from recordings.simulate_pen import simulate_recording
+from recordings.read import read_recording
+from recordings.simulate_pen import simulate
 from tests.recordings.swings import swinging
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 DEG, G = np.pi / 180, STANDARD_GRAVITY_M_S2
-PEN = find_pen("reference")
+PEN = load_pen("reference")
 TURNED = [[0, -1, 0], [-1, 0, 0], [0, 0, -1]]
 READ_RIGHT = {"accel": "m_s2", "gyro": "rad_s"}
 
@@ -87,21 +87,25 @@ FAST = [("turn", 2.0, 1.5), ("loops", 1.0, 3.0), ("yong", 1.0, 3.0), ("handwriti
 
 @pytest.mark.parametrize(("motion", "speed", "duration_s"), GENTLE)
 def test_simulated_motions(motion: str, speed: float, duration_s: float) -> None:
-    recording = simulate_recording(PEN, ["accel", "gyro"], motion, duration_s, 1, speed)
+    recording = simulate(
+        PEN, ["accel", "gyro"], motion=motion, duration_s=duration_s, seed=1, speed=speed
+    )
     check_all(recording, PEN, WRONG_ACCELEROMETER | WRONG_GYROSCOPE)
 
 
 @pytest.mark.parametrize(("motion", "speed", "duration_s"), FAST)
 def test_fast_motions_are_not_doubted(motion: str, speed: float, duration_s: float) -> None:
     """The hand's acceleration hides how gravity turns: no word on the gyroscope."""
-    recording = simulate_recording(PEN, ["accel", "gyro"], motion, duration_s, 1, speed)
+    recording = simulate(
+        PEN, ["accel", "gyro"], motion=motion, duration_s=duration_s, seed=1, speed=speed
+    )
     check_all(recording, PEN, WRONG_ACCELEROMETER)
     rates = {**recording.readings, "gyro": recording.readings["gyro"] * DEG}
     check_units(dataclasses.replace(recording, readings=rates), PEN)
 
 
 def test_a_pen_at_rest_says_nothing_of_its_gyroscope() -> None:
-    recording = simulate_recording(PEN, ["accel", "gyro"], "still", 10.0, 1)
+    recording = simulate(PEN, ["accel", "gyro"], motion="still", duration_s=10.0, seed=1)
     check_all(recording, PEN, WRONG_ACCELEROMETER)
     for factor in (DEG, 1 / DEG):
         readings = {**recording.readings, "gyro": recording.readings["gyro"] * factor}
@@ -179,8 +183,8 @@ def test_a_sensor_whose_unit_is_unknown_is_not_checked() -> None:
 
 
 def test_the_real_pen(dpoint_folder: Path) -> None:
-    pen = find_pen("dpoint")
-    table = recording_to_table(load_recording(dpoint_folder, pen).recording, pen)
+    pen = load_pen("dpoint")
+    table = recording_to_table(read_recording(dpoint_folder, pen), pen)
     recording = recording_from_table(table, pen, "dpoint")
     check_all(recording, pen, WRONG_ACCELEROMETER | WRONG_GYROSCOPE)
     for start_s in range(0, 36, 3):

@@ -17,7 +17,7 @@ from estimation.estimate import EstimateHistory
 from estimation.estimator import run_measurements
 from estimation.recording import Truth
 from models.errors import InputError
-from pen_mhe.compare import compare
+from pen_mhe.comparison import compare
 from tests.benchmark.hand_made import history as history_of
 from tests.linear_models import constant_acceleration_system
 

@@ -4,28 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from estimation.consistency import Consistency, consistency, nees, nis
+from estimation.consistency import Consistency, consistency_of, nees, nis
 from estimation.estimate import EstimateHistory
 from estimation.estimator import run
 from estimation.recording import Recording
 from models.errors import InputError
 from models.pen import PenConfig, pen_model
+from models.pen_file import AnyPen, as_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, seen_only, state_errors
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, create_estimator
-from pen_mhe.observe import judge
+from pen_mhe.sensor_verdict import judge
 from recordings.ink import InkMatch, ink_match
+from recordings.read import read_written
 from recordings.thinning import CameraThinning, LeftOutError, left_out_error, thinned
 from recordings.written import WrittenRecording
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class EstimateRun:
-    """What came out of one run.
+    """What came out of one run; prints itself as a few sentences.
 
     Parameters
     ----------
@@ -50,6 +53,22 @@ class EstimateRun:
     nees: Consistency | None
     ink: InkMatch | None
     zero_delay: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        history = self.history
+        lines = [
+            f"{history.estimator} on {self.used.name}: {len(history)} steps, "
+            f"{history.solved_fraction:.2%} solved"
+        ]
+        if self.true_rms:
+            errors = (
+                f"{column} {value:.4g}" if isinstance(value, float) else f"{column} {value}"
+                for column, value in self.true_rms.items()
+            )
+            lines.append(f"RMS error against the truth: {', '.join(errors)}")
+        if self.ink is not None:
+            lines.append(f"mean ink distance: {self.ink.mean_distance_mm:.4f} mm")
+        return "\n".join(lines)
 
 
 def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
@@ -120,6 +139,50 @@ def estimate_recording(
     )
 
 
+def estimate(
+    recording: Recording | str | Path,
+    pen: AnyPen = "reference",
+    *,
+    sensors: Sequence[str] | None = None,
+    estimator: str = DEFAULT_ESTIMATOR,
+    units: Mapping[str, str] | None = None,
+    writing_area: bool = True,
+    **settings: Any,
+) -> EstimateRun:
+    """Estimate a recording in one call, and judge it by whatever reference it brings.
+
+    Parameters
+    ----------
+    recording : a recording, or the path of a D-POINT folder, a CSV or a Parquet file
+    pen : a pen, the name of a bundled one, or the path of a pen file
+    sensors : names from the pen file; None takes all that the recording has
+    estimator : one of `pen_mhe.estimators.ESTIMATORS`
+    units : of a file's columns, see `recordings.read.read_written`
+    writing_area : see `models.pen.pen_model`
+    settings : of the estimator, see `pen_mhe.estimators.create_estimator`
+
+    Raises
+    ------
+    InputError
+        If something does not exist, does not fit together, or is not known by its name.
+    """
+    config = as_pen(pen)
+    if isinstance(recording, Recording):
+        if units:
+            raise InputError("units are given for a recording, expected none: its are SI")
+        written = WrittenRecording(recording)
+    else:
+        written = read_written(recording, config, units=units)
+    return estimate_recording(
+        written,
+        config,
+        estimator=estimator,
+        settings=settings,
+        sensors=sensors,
+        writing_area=writing_area,
+    )
+
+
 def _true_rms(
     model: StateSpaceModel, history: EstimateHistory, recording: Recording
 ) -> dict[str, float | str]:
@@ -141,7 +204,7 @@ def _true_rms(
 
 def _nis(model: StateSpaceModel, history: EstimateHistory) -> Consistency | None:
     squared, rows = nis(history, model.measured_rows)
-    return consistency(squared, rows) if rows.any() else None
+    return consistency_of(squared, rows) if rows.any() else None
 
 
 def _nees(
@@ -151,7 +214,7 @@ def _nees(
     if truth is None or not _has_nees(model, recording):
         return None
     squared = nees(model, history, truth.states(model.state_names, history.time_s))
-    return None if np.isnan(squared).all() else consistency(squared, model.n_x)
+    return None if np.isnan(squared).all() else consistency_of(squared, model.n_x)
 
 
 def _has_nees(model: StateSpaceModel, recording: Recording) -> bool:
