@@ -117,7 +117,7 @@ def test_a_prior_of_ones_own_is_the_model_with_that_prior(estimator: str) -> Non
     name = "turntable accel+gyro"
     model, some = MODELS[name], measurements(name)[:8]
     told = GaussianState(model.prior.mean + 0.1, 0.25 * model.prior.covariance)
-    with_it = quick(estimator, model.replace(prior=told, covariances=True))
+    with_it = quick(estimator, model.replace(prior=told))
     expected = run_measurements(with_it, some, covariances=True)
     found = run_measurements(quick(estimator, model), some, prior=told, covariances=True)
     # The scaling of a solver may follow the model's own prior.
