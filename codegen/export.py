@@ -46,7 +46,11 @@ class Export:
 
 
 def export_texts(
-    exported: Exportable, real: str = "double", form: str | None = None, prefix: str = "pen"
+    exported: Exportable,
+    real: str = "double",
+    *,
+    form: str | None = None,
+    prefix: str = "pen",
 ) -> Export:
     """Write an estimator as C.
 

@@ -55,7 +55,7 @@ def export_c(
         If there is no C export of the estimator, something does not fit, or a file cannot be
         written.
     """
-    export = export_texts(exportable(estimator, model, **settings), real, form, prefix)
+    export = export_texts(exportable(estimator, model, **settings), real, form=form, prefix=prefix)
     prepare_folder(Path(folder))
     target = find_target()
     sizes = None if target is None else measure(export, target)

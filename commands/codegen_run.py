@@ -57,7 +57,7 @@ def run_codegen(request: CodegenRequest) -> None:
     """
     model = pen_model(load_pen(request.pen), request.sensors, writing_area=request.writing_area)
     chosen = exportable(request.estimator, model, **_settings(request))
-    export = export_texts(chosen, request.real, request.form, request.prefix)
+    export = export_texts(chosen, request.real, form=request.form, prefix=request.prefix)
     prepare_folder(request.output)
     target = find_target()
     with Console(stderr=True).status("compiling, to measure"):

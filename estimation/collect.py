@@ -48,7 +48,7 @@ def collected(
     for block, values in blocks.items():
         rows = np.asarray(values, dtype=float)
         results[:, reader.layout.slices[block]] = rows.reshape(n, -1) if n else 0.0
-    return reader.history(estimator, results, covariances)
+    return reader.history(estimator, results, covariances=covariances)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ class Batches:
             for start in range(0, max(len(time_s), 1), BATCH_STEPS):
                 rows = slice(start, start + BATCH_STEPS)
                 after, results = self.part(after, time_s[rows], y[rows])
-                yield self.reader.history(self.estimator, results, covariances)
+                yield self.reader.history(self.estimator, results, covariances=covariances)
                 if on_progress:
                     on_progress(len(results))
 

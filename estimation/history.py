@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from estimation.covariances import Covariances
 from estimation.recording import Truth
 from estimation.status import Status, solved_fraction
 from models.arrays import Array
@@ -36,14 +37,6 @@ PER_STEP = (
     "reused_stages",
 )
 """Arrays of a history with one entry per step."""
-
-
-@dataclass(frozen=True, eq=False)
-class Covariances:
-    """Full covariances of a run: of states (n, n_x, n_x) and of innovations (n, n_r, n_r)."""
-
-    state: Array
-    innovation: Array
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,6 +87,11 @@ class EstimateHistory:
         ----------
         n_steps : of all parts together; known beforehand, parts are copied into the whole as
             they come, and no two of them need be there at once
+
+        Raises
+        ------
+        InputError
+            If there is no part.
         """
         if n_steps is None:
             parts = list(parts)
@@ -228,7 +226,7 @@ class EstimateHistory:
         """
         from estimation.history_plot import labelled, plot_histories
 
-        return plot_histories(labelled(self, others), states, truth)
+        return plot_histories(labelled(self, others), states, truth=truth)
 
     def to_pandas(self) -> pd.DataFrame:
         """Return a table: ``time_s``, the states, ``<state>_std``, ``status``, ``step_time_s``."""

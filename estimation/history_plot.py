@@ -62,6 +62,7 @@ def labelled(
 def plot_histories(
     histories: Mapping[str, HistoryView],
     states: Sequence[str] | None = None,
+    *,
     truth: Truth | None = None,
 ) -> Figure:
     """Draw states of one or several histories with their ± 2 σ; returns the figure.

@@ -7,13 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from models.arrays import Array
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
 from models.names import expected_one_of
-from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 from models.units import TIME_DIGITS
 
@@ -234,7 +232,7 @@ class Recording:
             if sensor.constant_reading is None:
                 y[:, columns] = self.readings[sensor.name]
             else:
-                y[_first_of_each_period(self.time_s, sensor), columns] = constant[columns]
+                y[sensor.first_of_each_period(self.time_s), columns] = constant[columns]
             start += sensor.n_y
         return np.asarray(self.time_s, dtype=float), y
 
@@ -242,13 +240,3 @@ class Recording:
         """Yield the rows of `stacked`, instant by instant."""
         for time_s, y in zip(*self.stacked(model), strict=True):
             yield Measurement(float(time_s), y)
-
-
-def _first_of_each_period(time_s: Array, sensor: SensorModel) -> NDArray[np.bool_]:
-    """Return the instants (n,) that are the first in their period; all without a rate."""
-    if sensor.rate_hz is None:
-        return np.ones(len(time_s), dtype=bool)
-    # Seconds since 1970 resolve no nanoseconds.
-    resolution = max(0.5 * 10**-TIME_DIGITS, 2 * float(np.spacing(np.abs(time_s).max())))
-    period = np.floor((time_s - time_s[0] + resolution) * sensor.rate_hz)
-    return np.diff(period, prepend=-1.0) > 0

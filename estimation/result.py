@@ -124,7 +124,9 @@ class ResultReader:
             status = self._statuses[number] = Status(int(number))
         return status
 
-    def history(self, estimator: str, results: Array, covariances: bool = False) -> EstimateHistory:
+    def history(
+        self, estimator: str, results: Array, *, covariances: bool = False
+    ) -> EstimateHistory:
         """Return the history of n steps (n, result.size); `covariances` keeps them in full."""
         parts = {block: self.layout.view(results, block) for block in self.layout.shapes}
         P, v, S = (parts[name] for name in ("covariance", "innovation", "innovation_covariance"))

@@ -36,6 +36,11 @@ class WindowConfig:
     deadline_s : from the beginning of a step, s; before a pass that would end later the best
         so far is returned, a prediction where there was no time for any; None has none.
         ``mhe-ipopt`` hands it to IPOPT as its longest wall time
+
+    Raises
+    ------
+    InputError
+        If a setting is outside its range; the message names it.
     """
 
     horizon: int = 20
@@ -92,6 +97,11 @@ class ConvergedConfig(WindowConfig):
     ----------
     tolerance : where iterating ends, in standard deviations; smaller iterates longer
     max_iterations : per step; the best point is returned when it is reached
+
+    Raises
+    ------
+    InputError
+        If a setting is outside its range; the message names it.
     """
 
     tolerance: float = TOLERANCE
@@ -133,6 +143,11 @@ class MheRtiConfig(WindowConfig):
         older ones do, and is not smoothed again until later readings move it by half of
         that; larger is faster and further from full passes, 0 makes every pass a full one. None
         chooses by the model, see `mhe.reuse`
+
+    Raises
+    ------
+    InputError
+        If a setting is outside its range; the message names it.
     """
 
     reuse_threshold: float | None = None

@@ -226,18 +226,13 @@ class StateSpaceModel:
         added = ca.vertcat(inequality(x))
         rows = ca.vertcat(self.inequality(x), added)
         g = ca.Function("inequality", [x], [rows], ["x"], ["g"])
-        needed = self._needed(needs)
-        conditions = self.conditions
+        names = (needs,) if isinstance(needs, str) else tuple(needs or ())
+        check_needs(self.name, self.reading_names, names)
+        needed, conditions = np.isin(self.reading_names, names), self.conditions
         if conditions is not None or needed.any():
             of_added = np.tile(needed, (added.numel(), 1))
             conditions = np.vstack([self.inequality_needs, of_added])
         return self.replace(inequality=g, conditions=conditions)._feasible()
-
-    def _needed(self, readings: Iterable[str] | None) -> NDArray[np.bool_]:
-        """Return (n_y,) which of the stacked readings are named; none for None."""
-        names = (readings,) if isinstance(readings, str) else tuple(readings or ())
-        check_needs(self.name, self.reading_names, names)
-        return np.isin(self.reading_names, names)
 
     def _feasible(self) -> StateSpaceModel:
         """Return the model, unless no state meets its constraints."""

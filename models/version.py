@@ -23,7 +23,7 @@ def version_metadata() -> dict[str, str]:
     return {VERSION_KEY: version()}
 
 
-def check_version(written: object, where: str, running: str | None = None) -> None:
+def check_version(written: object, where: str, *, running: str | None = None) -> None:
     """Refuse what a later series of versions has written: it may mean something else.
 
     A series is what stays compatible: ``1`` of 1.4.2, and ``0.2`` of 0.2.1.

@@ -54,7 +54,7 @@ class HistoryComparison:
     @cached_property
     def figure(self) -> Figure:
         """The states over time with their ± 2 σ, a colour per history."""
-        return plot_histories(self.histories, drawn_states(self.states), self.truth)
+        return plot_histories(self.histories, drawn_states(self.states), truth=self.truth)
 
     def _row(self, history: EstimateHistory, columns: Columns) -> dict[str, Any]:
         rms = (

@@ -9,5 +9,5 @@ DRAWN = "model"
 
 
 def motion_names() -> tuple[str, ...]:
-    """Return the names that `simulate_recording` knows: the table's motions, and `DRAWN`."""
+    """Return the names that `recordings.simulate` knows: the table's motions, and `DRAWN`."""
     return (*motion_rows(), DRAWN)

@@ -22,10 +22,7 @@ SPECIAL = {"__init__", "__post_init__", "__call__"}
 """Methods whose docstring is the class's."""
 
 KINDS_ROOM = "models.sensor_kinds"
-ASKS = {
-    "pen_mhe.estimators": "one of its own rows, until that is a column",
-    "benchmark.configurations": "a row of the table of estimators, until that is a column",
-}
+ASKS: dict[str, str] = {}
 """Module that asks for an estimator by its name → why it may."""
 
 REFERENCE = re.compile(r"`([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)`")
@@ -179,8 +176,6 @@ KEYWORDS_FROM, MOST_POSITIONAL = 2, 5
 ALGEBRA = "letters of one equation, in its order"
 INSIDE = "called once, by its own room"
 POSITIONAL = {
-    "codegen.export.export_c": "its options become keywords with the front door",
-    "codegen.exportable.exportable": "its config becomes keywords with the settings",
     "estimation.kalman_stage.KalmanStage.predict": ALGEBRA,
     "estimation.kalman_stage.KalmanStage.derivatives": ALGEBRA,
     "estimation.kalman_stage.KalmanStage.update": ALGEBRA,
@@ -190,13 +185,7 @@ POSITIONAL = {
     "mhe.interpreted.descent.descend": INSIDE,
     "mhe.interpreted.loop.InterpretedWindow.__init__": INSIDE,
     "mhe.interpreted.window_pass.WindowPass.run": ALGEBRA,
-    "mhe.realtime.MheRti.__init__": "its clock becomes a keyword with the settings",
     "mhe.sparse_qp.crossover.crossed_over": ALGEBRA,
-    "pen_mhe.estimate.estimate_recording": "its options become keywords with the front door",
-    "pen_mhe.estimators.create_estimator": "its settings become keywords",
-    "pen_mhe.observe.observe": "its options become keywords with the front door",
-    "recordings.read.load_recording": "its options become keywords with the front door",
-    "recordings.simulate_pen.simulate_recording": "its options become keywords with the front door",
 }
 """Function that takes more by position than others may → why."""
 

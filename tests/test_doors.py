@@ -63,7 +63,6 @@ EXCEPTIONS: dict[str, frozenset[str]] = {
 
 NOT_YET = frozenset(
     {
-        "README.md",
         "01_the_model.ipynb",
         "02_your_own_recording.ipynb",
         "03_the_turntable.ipynb",

@@ -76,6 +76,8 @@ def load_levels(
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from estimation.estimate import Estimate
@@ -86,10 +88,15 @@ from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 
+@dataclass(frozen=True, kw_only=True)
+class StoicConfig:
+    """No settings."""
+
+
 class Stoic:
     name = "stoic"
 
-    def __init__(self, model: StateSpaceModel) -> None:
+    def __init__(self, model: StateSpaceModel, config: StoicConfig | None = None) -> None:
         self.model = model
 
     def init(self, prior: GaussianState | None = None) -> GaussianState:
@@ -127,10 +134,10 @@ from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Quantity, Task
 from estimation.estimator import run as drive
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.sensor_kinds.inclinometer import Inclinometer
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 
 LEVEL = Inclinometer(std_rad=0.01, rate_hz=50.0)
 
@@ -144,8 +151,8 @@ def tasks(scope: Scope) -> list[Task]:
 
 
 def run(task: Task, scope: Scope) -> Outcome:
-    pen = find_pen("reference").model_copy(update={"sensors": {"level": LEVEL}})
-    recording = simulate_recording(pen, ["level"], task.case, 0.6, seed=task.seed)
+    pen = load_pen("reference").model_copy(update={"sensors": {"level": LEVEL}})
+    recording = simulate(pen, ["level"], motion=task.case, duration_s=0.6, seed=task.seed)
     model = pen_model(pen)
     history = drive(create_estimator(task.estimator, model), recording)
     truth = recording.truth.states(["elevation_rad"], history.time_s)[:, 0]
@@ -182,9 +189,10 @@ ROWS = (
     ),
     (
         "pen_mhe/estimators.py",
-        '            "ekf": lambda',
-        '            "stoic": lambda model, settings: Stoic(model),\n            "ekf": lambda',
-        "from ekf_baseline.stoic import Stoic",
+        '        "ekf": EstimatorRow(',
+        '        "stoic": EstimatorRow(make=Stoic, config=StoicConfig),\n'
+        '        "ekf": EstimatorRow(',
+        "from ekf_baseline.stoic import Stoic, StoicConfig",
     ),
     (
         "suites/table.py",

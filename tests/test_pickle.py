@@ -20,7 +20,7 @@ from ekf_baseline.ekf import Ekf, EkfConfig
 from estimation.estimate import EstimateHistory
 from estimation.estimator import run
 from estimation.recording import Measurement, Recording
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import MheRti
 from models.state_space import StateSpaceModel
 from pen_mhe.comparison import compare
@@ -29,9 +29,9 @@ from tests.linear_models import coupled_system
 
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Any]] = {
     "ekf": Ekf,
-    "mhe-rti": lambda model: MheRti(model, MheConfig(horizon=3)),
+    "mhe-rti": lambda model: MheRti(model, MheRtiConfig(horizon=3)),
 }
-CONFIG = MheConfig(3, huber={"accel": 2.0})
+CONFIG = MheConfig(horizon=3, huber={"accel": 2.0})
 
 
 @cache
@@ -69,10 +69,10 @@ VALUES: dict[str, Callable[[], Any]] = {
     "pen": lambda: BODIES["pen24"]().config,
     "pen of a bad start": lambda: case_pen(next(iter(CASES.values()))),
     "turntable": lambda: BODIES["turntable"]().config,
-    "settings of the ekf": lambda: EkfConfig(0.99),
+    "settings of the ekf": lambda: EkfConfig(gate_probability=0.99),
     "settings of the mhe": lambda: CONFIG,
     "state of the ekf": lambda: Ekf(model("pen15")).init(),
-    "state of the mhe": lambda: MheRti(model("pen15"), MheConfig(3)).init(),
+    "state of the mhe": lambda: MheRti(model("pen15"), MheRtiConfig(horizon=3)).init(),
     "comparison": lambda: compare({"a": history("pen24")}),
 }
 

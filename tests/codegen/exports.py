@@ -37,7 +37,7 @@ def made(
     settings: Settings | None = None,
 ) -> Export:
     """Write an export, with the short settings unless others are given."""
-    return export_texts(exportable(name, model, **(settings or SHORT[name])), real, form)
+    return export_texts(exportable(name, model, **(settings or SHORT[name])), real, form=form)
 
 
 def exported(

@@ -18,21 +18,21 @@ from estimation.estimate import EstimateHistory
 from estimation.estimator import run, run_measurements
 from estimation.innovations import row_sets
 from estimation.recording import Recording
-from mhe.config import MheConfig
+from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
 from models.errors import InputError
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 
-PEN = find_pen("reference")
+PEN = load_pen("reference")
 SENSORS = ("accel", "gyro")
 """With a writing area: no camera says where the tip is."""
 MODEL = pen_model(PEN, SENSORS)
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Any]] = {
     "ekf": Ekf,
-    "mhe-rti": lambda model: MheRti(model, MheConfig(horizon=3)),
+    "mhe-rti": lambda model: MheRti(model, MheRtiConfig(horizon=3)),
 }
 BYTES_PER_STEP = 500
 """0.5 GB for a million steps; a covariance alone has 1.8 kB."""
@@ -40,7 +40,7 @@ BYTES_PER_STEP = 500
 
 @cache
 def recording() -> Recording:
-    return simulate_recording(PEN, SENSORS, "handwriting", 0.3, 2)
+    return simulate(PEN, SENSORS, motion="handwriting", duration_s=0.3, seed=2)
 
 
 @cache

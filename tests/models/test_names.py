@@ -11,7 +11,7 @@ from models.body_model import choose_sensors
 from models.errors import InputError
 from models.motions import motion_named
 from models.names import did_you_mean, nearest, unknown
-from models.pen_file import find_pen, parse_pen
+from models.pen_file import load_pen, parse_pen
 
 SENSORS = ("accel", "gyro", "camera", "accel_lower", "contact")
 
@@ -58,7 +58,7 @@ PEN_OF_ADXL202 = {"name": "p", "sensors": {"a": {"preset": "ADXL202"}}}
     [
         (lambda: choose_sensors(dict.fromkeys(SENSORS), ["gyr"], "pen p"), "gyro"),
         (lambda: motion_named("uprite"), "upright"),
-        (lambda: find_pen("referense"), "reference"),
+        (lambda: load_pen("referense"), "reference"),
         (lambda: parse_pen(PEN), "accelerometer"),
         (lambda: parse_pen({"name": "p", "sensors": {"a": {"preset": "ADXL20"}}}), "ADXL202"),
         (lambda: parse_pen({**PEN_OF_ADXL202, "bouns": {}}), "bounds"),

@@ -24,7 +24,7 @@ PEN: dict[str, Any] = {"name": "p", "sensors": {"a": {"preset": "ADXL202"}}}
     [("0.2", "0.2.0"), ("0.2.7", "0.2.0"), ("0.1", "0.2.0"), ("0.9", "1.0"), ("1.7", "1.2.3")],
 )
 def test_what_the_same_or_an_earlier_series_has_written_is_read(written: str, running: str) -> None:
-    check_version(written, "pen", running)
+    check_version(written, "pen", running=running)
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,7 @@ def test_what_the_same_or_an_earlier_series_has_written_is_read(written: str, ru
 )
 def test_what_a_later_series_has_written_is_refused(written: str, running: str) -> None:
     with pytest.raises(InputError) as refused:
-        check_version(written, "pen", running)
+        check_version(written, "pen", running=running)
     assert str(refused.value) == (
         f"pen: written by pen-mhe {written}, expected a version that pen-mhe {running} knows: "
         "its own series or an earlier one"

@@ -61,7 +61,7 @@ BASE: Mapping[str, Any] = MappingProxyType({"horizon": 4, "reuse_threshold": 0.0
 def outcome(estimator: str, **settings: Any) -> list[np.ndarray]:
     """Return what an estimator says of the measurements: estimates, passes, statuses."""
     built = create_estimator(estimator, MODEL, **{**settings_read(estimator, BASE), **settings})
-    history = run_measurements(built, MEASUREMENTS)
+    history = run_measurements(built, MEASUREMENTS, covariances=True)
     statuses = np.array([status.value for status in history.status])
     return [history.mean, history.covariance, history.iterations, statuses]
 
@@ -123,7 +123,8 @@ SENTENCES: Mapping[str, tuple[str, dict[str, Any], str]] = MappingProxyType(
         "unknown estimator": (
             "ukf",
             {},
-            "estimator ukf is unknown, expected one of ekf, mhe-ipopt, mhe-rti, mhe, mhe-sparse",
+            "estimator ukf is unknown, expected one of ekf, mhe-ipopt, mhe-rti, mhe, mhe-sparse; "
+            "did you mean ekf?",
         ),
     }
 )
@@ -155,7 +156,7 @@ def test_another_ones_config_is_refused(build: Any, config: Any, sentence: str) 
         build(MODEL, config)
 
 
-@pytest.mark.parametrize("config", {row.config for row in ESTIMATORS.values()})
+@pytest.mark.parametrize("config", dict.fromkeys(row.config for row in ESTIMATORS.values()))
 def test_configs_are_frozen_and_by_keyword_only(config: Any) -> None:
     with pytest.raises(TypeError, match="positional argument"):
         config(5)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pen_mhe as pm
+from mhe import MheRtiConfig
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square
 from recordings.formats.tables import recording_to_table, write_table
 
@@ -38,7 +39,7 @@ def test_a_pen_may_be_given_by_name_by_path_or_as_it_is(recording: pm.Recording)
 def test_estimate_is_the_loop_and_its_judgement(recording: pm.Recording) -> None:
     result = pm.estimate(recording, sensors=SENSORS, **QUICK)
     model = pm.pen_model(pm.load_pen("reference"), SENSORS)
-    by_hand = pm.run(pm.MheRti(model, pm.MheConfig(horizon=3)), recording)
+    by_hand = pm.run(pm.MheRti(model, MheRtiConfig(horizon=3)), recording)
     np.testing.assert_array_equal(result.history.mean, by_hand.mean)
     assert recording.truth is not None
     for column, error in pm.rms_errors(model, by_hand, recording.truth).items():
