@@ -88,10 +88,7 @@ class EstimateHistory:
         n_steps : of all parts together; known beforehand, parts are copied into the whole as
             they come, and no two of them need be there at once
 
-        Raises
-        ------
-        InputError
-            If there is no part.
+        Without any part it raises `InputError`.
         """
         if n_steps is None:
             parts = list(parts)
@@ -152,10 +149,7 @@ class EstimateHistory:
     def between(self, start_s: float = -np.inf, end_s: float = np.inf) -> EstimateHistory:
         """Return the estimates from one instant to another, both included.
 
-        Raises
-        ------
-        InputError
-            If the end is before the start.
+        An end before the start raises `InputError`.
         """
         if not start_s <= end_s:
             raise InputError(f"from {start_s:g} s to {end_s:g} s, expected an end after the start")
@@ -168,7 +162,7 @@ class EstimateHistory:
 
     @property
     def innovation_covariance(self) -> Array:
-        """(n, n_r, n_r), of a run that kept its covariances; raises `InputError` otherwise."""
+        """(n, n_r, n_r), likewise."""
         return self._kept().innovation
 
     def _kept(self) -> Covariances:

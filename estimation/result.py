@@ -6,8 +6,8 @@ from typing import Protocol
 
 import numpy as np
 
+from estimation.covariances import Covariances
 from estimation.estimate import Estimate, EstimateHistory, Window
-from estimation.history import Covariances
 from estimation.innovations import innovation_std, row_sets, squared_innovations
 from estimation.kalman_stage import Update
 from estimation.layout import Layout

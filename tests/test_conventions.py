@@ -180,7 +180,6 @@ POSITIONAL = {
     "estimation.kalman_stage.KalmanStage.derivatives": ALGEBRA,
     "estimation.kalman_stage.KalmanStage.update": ALGEBRA,
     "estimation.result.report": INSIDE,
-    "mhe.compiled.loop.window_loop": INSIDE,
     "mhe.compiled.loop.CompiledWindow.__init__": INSIDE,
     "mhe.interpreted.descent.descend": INSIDE,
     "mhe.interpreted.loop.InterpretedWindow.__init__": INSIDE,

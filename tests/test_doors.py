@@ -61,18 +61,6 @@ EXCEPTIONS: dict[str, frozenset[str]] = {
 }
 """Notebook → modules that it shows the benchmark by: rooms that are run, not imported from."""
 
-NOT_YET = frozenset(
-    {
-        "01_the_model.ipynb",
-        "02_your_own_recording.ipynb",
-        "03_the_turntable.ipynb",
-        "04_tilt_and_gyro_free.ipynb",
-        "05_ekf_against_mhe.ipynb",
-        "first_light.ipynb",
-    }
-)
-"""Pages from before the front door, to be rewritten: TEMPORARY, ends as an empty set."""
-
 
 def code_of(path: Path) -> Iterator[str]:
     """Yield the Python of a page."""
@@ -126,8 +114,6 @@ def test_every_kind_of_page_is_read() -> None:
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
 def test_pages_import_from_the_door_or_a_face(path: Path) -> None:
-    if path.name in NOT_YET:
-        pytest.skip("not yet rewritten for the front door")
     past = past_the_door(path) - EXCEPTIONS.get(path.name, frozenset())
     assert not past, f"{path.name} imports {', '.join(sorted(past))}, expected a name of a face"
 
@@ -136,16 +122,6 @@ def test_pages_import_from_the_door_or_a_face(path: Path) -> None:
 def test_exceptions_are_needed_and_not_of_rooms_with_a_face(name: str) -> None:
     assert EXCEPTIONS[name] <= past_the_door(ROOT / "notebooks" / name)
     assert not {module.split(".")[0] for module in EXCEPTIONS[name]} & set(FACES)
-
-
-def test_a_page_that_is_done_is_not_on_the_list() -> None:
-    """The list shrinks: whoever rewrites a page takes it off."""
-    done = {
-        path.name
-        for path in PAGES
-        if not past_the_door(path) - EXCEPTIONS.get(path.name, frozenset())
-    }
-    assert not done & NOT_YET
 
 
 @pytest.mark.parametrize(

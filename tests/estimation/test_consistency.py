@@ -9,8 +9,9 @@ import pytest
 
 from ekf_baseline.ekf import Ekf
 from estimation.consistency import PROBABILITY, consistency_of, nees, nis
+from estimation.covariances import Covariances
 from estimation.estimator import run_measurements
-from estimation.history import Covariances, EstimateHistory
+from estimation.history import EstimateHistory
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheIpoptConfig
