@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import warnings
 from importlib import metadata
@@ -46,6 +47,7 @@ def main(
 ) -> None:
     """Which motion sensors does a pen need, and does optimisation pay off over a Kalman filter?"""
     warnings.showwarning = one_line_warning
+    os.environ.setdefault("MPLBACKEND", "Agg")  # figures are written, not shown
 
 
 app.command(cls=Command)(simulate.simulate)

@@ -88,7 +88,7 @@ def plot_histories(
             raise unknown("state", state, known)
     columns = 1 if len(chosen) < 4 else 2
     rows = -(-len(chosen) // columns)
-    figure = _new_figure(5.5 * columns + 1.0, 1.2 + 1.7 * rows)
+    figure = new_figure(5.5 * columns + 1.0, 1.2 + 1.7 * rows)
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     panels = list(grid.T.ravel())  # down the first column, then down the second
     for panel, state in zip(panels, chosen, strict=False):
@@ -221,7 +221,8 @@ def _without_jumps(angle: Array) -> Array:
     return result
 
 
-def _new_figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure of a size in inches, which a notebook shows once."""
     import matplotlib as mpl
     import matplotlib.pyplot as plt  # 0.5 s to import, which a live estimator has no use for
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from recordings.ink import InkMatch, ink_match
 from recordings.read import read_written
 from recordings.thinning import CameraThinning, LeftOutError, left_out_error, thinned
 from recordings.written import WrittenRecording
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,6 +72,12 @@ class EstimateRun:
         if self.ink is not None:
             lines.append(f"mean ink distance: {self.ink.mean_distance_mm:.4f} mm")
         return "\n".join(lines)
+
+    def plot(self) -> Figure:
+        """Draw the tip's path, over the ink where there is a scan, angles and step times."""
+        from pen_mhe.figures import estimate_figure  # slow to import
+
+        return estimate_figure(self.output, self.ink, truth=self.used.truth)
 
 
 def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
@@ -140,12 +149,14 @@ def estimate_recording(
 
 
 def estimate(
-    recording: Recording | str | Path,
+    recording: Recording | WrittenRecording | str | Path,
     pen: AnyPen = "reference",
     *,
     sensors: Sequence[str] | None = None,
     estimator: str = DEFAULT_ESTIMATOR,
     units: Mapping[str, str] | None = None,
+    thinning: CameraThinning | None = None,
+    duration_s: float | None = None,
     writing_area: bool = True,
     **settings: Any,
 ) -> EstimateRun:
@@ -153,11 +164,13 @@ def estimate(
 
     Parameters
     ----------
-    recording : a recording, or the path of a D-POINT folder, a CSV or a Parquet file
+    recording : a recording, with the ink it left or without, or the path of a D-POINT folder,
+        a CSV or a Parquet file
     pen : a pen, the name of a bundled one, or the path of a pen file
     sensors : names from the pen file; None takes all that the recording has
     estimator : one of `pen_mhe.estimators.ESTIMATORS`
     units : of a file's columns, see `recordings.read.read_written`
+    thinning, duration_s : see `estimate_recording`
     writing_area : see `models.pen.pen_model`
     settings : of the estimator, see `pen_mhe.estimators.create_estimator`
 
@@ -167,18 +180,22 @@ def estimate(
         If something does not exist, does not fit together, or is not known by its name.
     """
     config = as_pen(pen)
-    if isinstance(recording, Recording):
-        if units:
-            raise InputError("units are given for a recording, expected none: its are SI")
+    if isinstance(recording, str | Path):
+        written = read_written(recording, config, units=units)
+    elif units:
+        raise InputError("units are given for a recording, expected none: its are SI")
+    elif isinstance(recording, Recording):
         written = WrittenRecording(recording)
     else:
-        written = read_written(recording, config, units=units)
+        written = recording
     return estimate_recording(
         written,
         config,
         estimator=estimator,
         settings=settings,
         sensors=sensors,
+        thinning=thinning,
+        duration_s=duration_s,
         writing_area=writing_area,
     )
 
