@@ -9,11 +9,11 @@ from types import MappingProxyType
 
 from estimation.recording import Recording
 from models.pen import PenConfig, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.sensor_kinds.table import Sensor
 from models.state_space import StateSpaceModel
 from models.turntable import TILTS, TurntableConfig, paper_turntable, turntable_model
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 from recordings.simulate_turntable import simulate_table
 
 NO_BIAS: Mapping[str, Mapping[str, object]] = MappingProxyType(
@@ -72,7 +72,9 @@ def _pen_body(pen: PenConfig, bounds: Bounds) -> BoundedBody:
         pen,
         # The sensors as they are: a writing area would be a sixth to eighth row.
         lambda: pen_model(pen, writing_area=False),
-        lambda duration_s, seed: simulate_recording(pen, None, MOTION, duration_s, seed),
+        lambda duration_s, seed: simulate(
+            pen, None, motion=MOTION, duration_s=duration_s, seed=seed
+        ),
         bounds,
     )
 
@@ -94,7 +96,7 @@ def _turntable() -> BoundedBody:
 
 def _pen15() -> BoundedBody:
     """Five degrees of freedom, (1) and (9) of [Pen]: 15 states, 5 rows, no bias."""
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     sensors: dict[str, Sensor] = {
         name: pen.sensors[name].model_copy(update=dict(change)) for name, change in NO_BIAS.items()
     }
@@ -105,7 +107,7 @@ def _pen15() -> BoundedBody:
 
 def _pen24() -> BoundedBody:
     """Six degrees of freedom and six biases: 24 states; a camera at its own rate of 30 Hz."""
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     sensors = {name: pen.sensors[name] for name in ("accel", "gyro", "camera")}
     return _pen_body(pen.model_copy(update={"sensors": sensors}), RAISED_PAPER)
 

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
-from pen_mhe.estimators import LEAST_SQUARES
+from pen_mhe.estimators import ESTIMATORS
 
-BENCHMARK_ESTIMATORS = tuple(name for name in LEAST_SQUARES if name != "mhe-ipopt")
+BENCHMARK_ESTIMATORS = tuple(name for name, row in ESTIMATORS.items() if row.in_benchmark)
 """The estimators of the benchmark; ``mhe`` ends in ``mhe-ipopt``'s optimum (`pen-mhe optimum`)."""
 
 
@@ -68,7 +68,7 @@ def contract_models() -> Mapping[str, StateSpaceModel]:
     """Return every model × configuration that estimators must work on, by name."""
     models = {}
     for dof in (5, 6):
-        pen = find_pen("reference").model_copy(update={"degrees_of_freedom": dof})
+        pen = load_pen("reference").model_copy(update={"degrees_of_freedom": dof})
         for name, configuration in CONFIGURATIONS.items():
             models[f"pen{dof} {name}"] = pen_model(pen, configuration.sensors)
     for name, configuration in TURNTABLE_CONFIGURATIONS.items():

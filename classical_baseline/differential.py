@@ -29,6 +29,11 @@ def differential_solution(f1: Array, f2: Array, half_distance_m: float) -> Array
     ----------
     f1, f2 : (n, 3) specific forces at -l and at +l on the x axis, m/s²
     half_distance_m : l; larger divides the sensors' errors by more
+
+    Raises
+    ------
+    InputError
+        If the distance is not positive.
     """
     _check(f1, f2)
     if not 0 < half_distance_m < math.inf:

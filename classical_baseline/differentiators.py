@@ -28,6 +28,11 @@ class Differentiator:
     label : for people
     weights : of the samples, the newest first, for a step of 1
     ahead : number of samples that it uses from the future; 0 is causal
+
+    Raises
+    ------
+    InputError
+        If it looks farther ahead than it has points.
     """
 
     label: str
@@ -66,6 +71,11 @@ def savitzky_golay(points: int, order: int, ahead: int) -> Differentiator:
     ahead : samples in the future; 0 is causal, (points - 1) / 2 is centred, which has the
         least noise
 
+    Raises
+    ------
+    InputError
+        If the order is not from 1 to points - 1.
+
     References
     ----------
     Savitzky, Golay (1964), Analytical Chemistry 36(8), 1627-1639.
@@ -94,12 +104,3 @@ DIFFERENTIATORS: Mapping[str, Differentiator] = MappingProxyType(
     }
 )
 """Name → differentiator."""
-
-
-def differentiator_named(name: str) -> Differentiator:
-    """Return a differentiator of the table; raises `InputError` for an unknown one."""
-    if name not in DIFFERENTIATORS:
-        raise InputError(
-            f"differentiator {name} is unknown, expected one of {', '.join(DIFFERENTIATORS)}"
-        )
-    return DIFFERENTIATORS[name]

@@ -39,6 +39,7 @@ import numpy as np
 
 from models.arrays import Array
 from models.errors import InputError
+from models.names import expected_one_of
 
 Vector = tuple[float, float, float]
 Rates = tuple[float, float]
@@ -61,6 +62,11 @@ class FixedWeightConfig:
     form : of (18); ``printed`` as above, ``smooth`` without its tangents,
         R_g ∝ (sinφ |cosθ|, |cosφ| sinθ, ± |cosφ cosθ|)
     sign : of R_gz; ``previous`` as printed, ``turned`` as above
+
+    Raises
+    ------
+    InputError
+        If the weight is negative, or a form is unknown.
     """
 
     weight: float = 0.25
@@ -73,7 +79,8 @@ class FixedWeightConfig:
         for name, allowed in (("form", get_args(Form)), ("sign", get_args(Sign))):
             if getattr(self, name) not in allowed:
                 raise InputError(
-                    f"{name} is {getattr(self, name)}, expected one of {', '.join(allowed)}"
+                    f"{name} is {getattr(self, name)}, "
+                    f"{expected_one_of(getattr(self, name), allowed)}"
                 )
 
 

@@ -45,6 +45,11 @@ class Compensation:
         is more careful
     gain : part of ε that is taken off at a sample. 1 is the paper's; smaller averages the
         noise over more samples and follows later
+
+    Raises
+    ------
+    InputError
+        If a number is outside its range.
     """
 
     differentiator: Differentiator = DIFFERENTIATORS["savitzky-golay"]
@@ -98,6 +103,11 @@ def integrate_rate(
     Returns
     -------
     Rate of n samples; one with a NaN in c stays NaN from there on, as an integral must.
+
+    Raises
+    ------
+    InputError
+        If c has another shape, or the step is not positive.
     """
     if c.ndim != 2 or c.shape[1] != 3:
         raise InputError(f"differential solution has shape {c.shape}, expected (n, 3)")

@@ -34,6 +34,11 @@ class AdcConversion:
         steps
     sensitivity_v_per_g : S, V/g; larger is smaller steps and a narrower range
     bits : of the converter
+
+    Raises
+    ------
+    InputError
+        If a number makes no sense.
     """
 
     zero_g_v: float = 1.65

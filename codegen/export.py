@@ -45,8 +45,12 @@ class Export:
     generated: str
 
 
-def export_c(
-    exported: Exportable, real: str = "double", form: str | None = None, prefix: str = "pen"
+def export_texts(
+    exported: Exportable,
+    real: str = "double",
+    *,
+    form: str | None = None,
+    prefix: str = "pen",
 ) -> Export:
     """Write an estimator as C.
 

@@ -12,11 +12,13 @@ import numpy as np
 from ekf_baseline.ekf import EkfConfig, EkfState, filter_loop, packed_state
 from estimation.estimator import first_state
 from estimation.loop import Loop
+from estimation.settings import config_of
 from mhe.compiled.loop import window_loop
-from mhe.config import MheConfig
+from mhe.config import MheRtiConfig
 from mhe.window_memory import first_window, window_memory
 from models.arrays import Array
 from models.errors import InputError
+from models.names import expected_one_of
 from models.state_space import StateSpaceModel
 
 
@@ -35,14 +37,14 @@ def _ekf(model: StateSpaceModel, config: EkfConfig) -> tuple[Loop, Array]:
     return filter_loop(model, config), start
 
 
-def _mhe_rti(model: StateSpaceModel, config: MheConfig) -> tuple[Loop, Array]:
+def _mhe_rti(model: StateSpaceModel, config: MheRtiConfig) -> tuple[Loop, Array]:
     memory = window_memory(model, config.horizon + 1)
-    loop = window_loop(model, config, memory, iterates=False, whole=False)
+    loop = window_loop(model, config, memory, whole=False)
     return loop, first_window(model, config, memory, None).memory
 
 
 EXPORTABLE: Mapping[str, tuple[type, Callable[[StateSpaceModel, Any], tuple[Loop, Array]]]] = (
-    MappingProxyType({"ekf": (EkfConfig, _ekf), "mhe-rti": (MheConfig, _mhe_rti)})
+    MappingProxyType({"ekf": (EkfConfig, _ekf), "mhe-rti": (MheRtiConfig, _mhe_rti)})
 )
 """Estimator name → type of its settings, and what makes its loop and first state of them."""
 
@@ -54,20 +56,18 @@ def is_timed(exported: Exportable) -> bool:
     return bool(np.isfinite(exported.loop.fields.get("deadline", np.inf)))
 
 
-def exportable(
-    estimator: str, model: StateSpaceModel, config: EkfConfig | MheConfig | None = None
-) -> Exportable:
+def exportable(estimator: str, model: StateSpaceModel, **settings: Any) -> Exportable:
     """Return an estimator's loop for a model.
 
     Parameters
     ----------
     estimator : one of `EXPORTABLE`
-    config : its settings; None takes the defaults
+    settings : of its config class, the rest takes the defaults
 
     Raises
     ------
     InputError
-        If there is no C export of the estimator, the settings are another one's, or no
+        If there is no C export of the estimator, it does not read a setting, or no
         sensor has readings of its own.
     """
     if not model.measured_sensors:
@@ -77,14 +77,10 @@ def exportable(
         )
     if estimator not in EXPORTABLE:
         raise InputError(
-            f"estimator {estimator} cannot be exported as C, expected one of "
-            f"{', '.join(EXPORTABLE)}"
+            f"estimator {estimator} cannot be exported as C, "
+            f"{expected_one_of(estimator, EXPORTABLE)}"
         )
-    kind, make = EXPORTABLE[estimator]
-    if config is not None and not isinstance(config, kind):
-        raise InputError(
-            f"estimator {estimator} is given settings of {type(config).__name__}, "
-            f"expected {kind.__name__}"
-        )
-    loop, start = make(model, kind() if config is None else config)
+    configs = {name: kind for name, (kind, _) in EXPORTABLE.items()}
+    make = EXPORTABLE[estimator][1]
+    loop, start = make(model, config_of(estimator, configs, settings))
     return Exportable(model, estimator, loop, start)

@@ -31,7 +31,7 @@ class ExportedState:
 
 
 class Exported:
-    """An estimator around an export; see `codegen.export.export_c`.
+    """An estimator around an export; see `codegen.export.export_texts`.
 
     Its workspace is static: one instance of an export per process. What a caller of the C
     does not give (the readings of sensors that read a constant) is not taken from measurements.
@@ -66,7 +66,13 @@ class Exported:
         self.state = ctypes.create_string_buffer(self._library.state_size())
 
     def init(self, prior: GaussianState | None = None) -> ExportedState:
-        """Return the state before the first measurement; an export has its model's prior only."""
+        """Return the state before the first measurement; an export has its model's prior only.
+
+        Raises
+        ------
+        InputError
+            If a prior is given.
+        """
         if prior is not None:
             raise InputError("an exported estimator is given a prior, expected none: it has one")
         self._init(self.state)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from codegen.constant_readings import constant_sensors, measured_columns
 from codegen.example import example_program
-from codegen.export import Export
-from codegen.exportable import is_timed
+from codegen.export import Export, export_texts
+from codegen.exportable import exportable, is_timed
 from codegen.header import state_units, title
 from codegen.names import macros
-from codegen.sizes import Sizes, size_words
+from codegen.sizes import Sizes, find_target, measure, size_words
 from codegen.template import AtTemplate, filled
 from estimation.output_folder import prepare_folder
 from models.errors import InputError
+from models.state_space import StateSpaceModel
 
 FLOAT_TIMES = """Times are handed over as `double`, and kept in single precision relative to an
 origin that follows them: intervals stay right however long the estimator runs. Where a gap lies
@@ -26,6 +28,39 @@ TIMED = """Answers within @deadline s of a call, going by the clock: with as man
 time for (`@{PREFIX}_STATUS_TIME_LIMIT`), or a prediction (`@{PREFIX}_STATUS_PREDICTED`). Without a
 clock it does not compile."""
 DOUBLE_TIMES = "Times are kept in double precision, as they are handed over."
+
+
+def export_c(
+    estimator: str,
+    model: StateSpaceModel,
+    folder: str | Path,
+    *,
+    real: str = "double",
+    form: str | None = None,
+    prefix: str = "pen",
+    **settings: Any,
+) -> Export:
+    """Write an estimator as C into a folder, measure what it takes, return what was written.
+
+    Parameters
+    ----------
+    estimator : one of `codegen.exportable.EXPORTABLE`
+    folder : to write to; made where there is none
+    real, form, prefix : see `codegen.export.export_texts`
+    settings : of the estimator, by keyword; the rest takes its defaults
+
+    Raises
+    ------
+    InputError
+        If there is no C export of the estimator, something does not fit, or a file cannot be
+        written.
+    """
+    export = export_texts(exportable(estimator, model, **settings), real, form=form, prefix=prefix)
+    prepare_folder(Path(folder))
+    target = find_target()
+    sizes = None if target is None else measure(export, target)
+    write_export(export, Path(folder), sizes, "pen_mhe.export_c")
+    return export
 
 
 def export_files(export: Export, sizes: Sizes | None, command: str) -> Mapping[str, str]:

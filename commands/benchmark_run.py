@@ -17,6 +17,7 @@ from benchmark.report.report import write_content
 from benchmark.report.sentences import verdict_sentence
 from benchmark.report.terminal import answer_blocks
 from benchmark.runner.about import about, read_about, session, write_about
+from benchmark.runner.interrupts import interrupted
 from benchmark.runner.run import Workers
 from benchmark.runner.tables import read_tables
 from benchmark.tasks.suite import Scope
@@ -67,9 +68,7 @@ def run_benchmark(
             run_suites(tasks, scope, workers, output, on_start)
         finished = True
     except KeyboardInterrupt:
-        raise InputError(
-            f"interrupted after {done} tasks, which are kept; the same command continues"
-        ) from None
+        raise interrupted(done) from None
     finally:
         if done or finished:  # else the folder is what it was: perhaps another run's
             seconds = time.perf_counter() - clock

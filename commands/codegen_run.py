@@ -10,17 +10,13 @@ from typing import Any
 from rich.console import Console
 
 from benchmark.console import console
-from codegen.export import export_c
-from codegen.exportable import EXPORTABLE, exportable
+from codegen.export import export_texts
+from codegen.exportable import exportable
 from codegen.folder import write_export
 from codegen.sizes import find_target, measure
 from estimation.output_folder import prepare_folder
-from mhe.config import MheConfig
-from models.errors import InputError
 from models.pen import pen_model
-from models.pen_file import find_pen
-
-WITH_WINDOW = tuple(name for name, (kind, _) in EXPORTABLE.items() if kind is MheConfig)
+from models.pen_file import load_pen
 
 
 @dataclass(frozen=True)
@@ -29,7 +25,7 @@ class CodegenRequest:
 
     Parameters
     ----------
-    pen, sensors, writing_area : see `models.pen_file.find_pen` and `models.pen.pen_model`
+    pen, sensors, writing_area : see `models.pen_file.load_pen` and `models.pen.pen_model`
     estimator : one of `codegen.exportable.EXPORTABLE`
     horizon, deadline_s : of an estimator with a window; None takes the default
     real : ``double`` or ``float``
@@ -59,9 +55,9 @@ def run_codegen(request: CodegenRequest) -> None:
     InputError
         For what does not fit; the message says what was expected.
     """
-    model = pen_model(find_pen(request.pen), request.sensors, request.writing_area)
-    chosen = exportable(request.estimator, model, _config(request))
-    export = export_c(chosen, request.real, request.form, request.prefix)
+    model = pen_model(load_pen(request.pen), request.sensors, writing_area=request.writing_area)
+    chosen = exportable(request.estimator, model, **_settings(request))
+    export = export_texts(chosen, request.real, form=request.form, prefix=request.prefix)
     prepare_folder(request.output)
     target = find_target()
     with Console(stderr=True).status("compiling, to measure"):
@@ -77,15 +73,7 @@ def run_codegen(request: CodegenRequest) -> None:
         )
 
 
-def _config(request: CodegenRequest) -> MheConfig | None:
+def _settings(request: CodegenRequest) -> dict[str, Any]:
+    """Return the settings that were given."""
     asked = {"horizon": request.horizon, "deadline_s": request.deadline_s}
-    given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
-    if not given:
-        return None
-    if request.estimator in EXPORTABLE and request.estimator not in WITH_WINDOW:
-        name, value = next(iter(given.items()))
-        raise InputError(
-            f"{name} {value} is given for {request.estimator}, which has no window; "
-            f"expected none, or estimator {' or '.join(WITH_WINDOW)}"
-        )
-    return MheConfig(**given)
+    return {name: value for name, value in asked.items() if value is not None}

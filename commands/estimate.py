@@ -2,72 +2,86 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
 
 from benchmark.console import console, progress
-from commands.options import PenOption, SensorsOption, WritingAreaOption, names, thresholds
+from commands.option_groups import fields_group, grouped
+from commands.options import PenOption, SensorsOption, WritingAreaOption, names
 from commands.options import units as read_units
 from commands.sentences import one_sentence
-from mhe.arrival_cost import ARRIVAL_COSTS
-from mhe.config import MheConfig
+from commands.setting_options import check_options, settings_group
 from models.errors import InputError
-from models.pen_file import find_pen
-from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS, EstimatorSettings
+from models.pen_file import load_pen
+from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 
 if TYPE_CHECKING:
-    from pen_mhe.estimate import EstimateRun
+    from pen_mhe.estimate_run import EstimateRun
+    from recordings.thinning import CameraThinning
 
 EstimatorName = StrEnum("EstimatorName", {name: name for name in ESTIMATORS})  # type: ignore[misc]
-ArrivalCostName = StrEnum(  # type: ignore[misc]
-    "ArrivalCostName", {name: name for name in ARRIVAL_COSTS}
-)
-MHE = MheConfig()
 DEFAULT = EstimatorName(DEFAULT_ESTIMATOR)
-FILTERED = ArrivalCostName("filtered")
 
 
-def estimate(
-    recording: Annotated[
-        Path, typer.Argument(help="A D-POINT folder, or a .csv or .parquet file.")
-    ],
-    pen: PenOption,
-    output: Annotated[Path, typer.Option(help="Table to write, .parquet or .csv.")],
-    sensors: SensorsOption = None,
-    writing_area: WritingAreaOption = True,
-    estimator: Annotated[EstimatorName, typer.Option()] = DEFAULT,
-    figure: Annotated[Path | None, typer.Option(help="Figure to write, .png.")] = None,
-    horizon: Annotated[int, typer.Option(help="Intervals in the window of an MHE.")] = MHE.horizon,
-    arrival_cost: Annotated[ArrivalCostName, typer.Option()] = FILTERED,
-    huber: Annotated[
-        str | None,
-        typer.Option(help="Huber's loss of an MHE on sensors, in deviations: accel=2,camera=3."),
-    ] = None,
-    sparse_noise: Annotated[
-        float | None,
-        typer.Option(help="Huber's loss of an MHE on its process noise, in deviations."),
-    ] = None,
-    max_iterations: Annotated[int, typer.Option(help="Of the MHE's solver, per step.")] = (
-        MHE.max_iterations
-    ),
-    deadline: Annotated[
-        float | None, typer.Option(help="Of the MHE: s per step, the best so far is returned.")
-    ] = None,
-    reuse: Annotated[
-        float | None,
-        typer.Option(help="Of mhe-rti: threshold in σ below which factors stay; 0 has none."),
-    ] = None,
-    camera_rate: Annotated[float | None, typer.Option(help="Use fewer frames: Hz.")] = None,
-    camera_phase: Annotated[int, typer.Option(help="Which of the frames to keep.")] = 0,
-    duration: Annotated[float | None, typer.Option(help="Use only the first seconds.")] = None,
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """A recording and the pen that wrote it."""
+
+    recording: Annotated[Path, typer.Argument(help="A D-POINT folder, or a .csv or .parquet file.")]
+    pen: PenOption
+    sensors: SensorsOption = None
+    writing_area: WritingAreaOption = True
     units: Annotated[
         str | None,
         typer.Option(help="Units of a table's columns, e.g. accel=g,gyro=deg_s; SI by default."),
-    ] = None,
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class UsedPart:
+    """How much of a recording is used."""
+
+    camera_rate: Annotated[float | None, typer.Option(help="Use fewer frames: Hz.")] = None
+    camera_phase: Annotated[int, typer.Option(help="Which of the frames to keep.")] = 0
+    duration: Annotated[float | None, typer.Option(help="Use only the first seconds.")] = None
+
+    def thinning(self) -> CameraThinning | None:
+        """Return which frames are used; None for all."""
+        from recordings.thinning import CameraThinning
+
+        if self.camera_rate is not None:
+            return CameraThinning(self.camera_rate, self.camera_phase)
+        if self.camera_phase != 0:
+            raise InputError("camera phase given without --camera-rate, expected both")
+        return None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Written:
+    """What is written."""
+
+    output: Annotated[Path, typer.Option(help="Table to write, .parquet or .csv.")]
+    figure: Annotated[Path | None, typer.Option(help="Figure to write, .png.")] = None
+
+
+@grouped(
+    source=fields_group(Source),
+    written=fields_group(Written),
+    settings=settings_group(),
+    part=fields_group(UsedPart),
+)
+def estimate(
+    source: Source,
+    written: Written,
+    estimator: Annotated[EstimatorName, typer.Option()] = DEFAULT,
+    *,
+    settings: dict[str, Any],
+    part: UsedPart,
 ) -> None:
     """Estimate the motion of a pen from a recording.
 
@@ -75,48 +89,37 @@ def estimate(
     deviations (…_std), status, iterations and step_time_s.
     """
     # Tables and figures are slow to import: only where a command needs them.
-    from pen_mhe.estimate import estimate_recording
+    from pen_mhe.estimate_run import estimate_recording
     from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
     from recordings.formats.tables import prepare_output, write_table
-    from recordings.read import load_recording
-    from recordings.thinning import CameraThinning
+    from recordings.read import read_written
 
     with one_sentence():
-        prepare_output(output)
-        if figure is not None:
-            prepare_output(figure, FIGURE_SUFFIXES)
-        config = find_pen(pen)
-        loaded = load_recording(recording, config, read_units(units))
-        settings = EstimatorSettings(
-            mhe=MheConfig(
-                horizon=horizon,
-                arrival_cost=arrival_cost.value,
-                huber=thresholds(huber),
-                sparse_noise=sparse_noise,
-                max_iterations=max_iterations,
-                deadline_s=deadline,
-                reuse_threshold=reuse,
-            )
-        )
-        thinning = CameraThinning(camera_rate, camera_phase) if camera_rate is not None else None
-        if thinning is None and camera_phase != 0:
-            raise InputError("camera phase given without --camera-rate, expected both")
+        check_options(estimator.value, settings)
+        prepare_output(written.output)
+        if written.figure is not None:
+            prepare_output(written.figure, FIGURE_SUFFIXES)
+        pen = load_pen(source.pen)
+        loaded = read_written(source.recording, pen, units=read_units(source.units))
+        thinning = part.thinning()
         with progress(estimator.value) as start:
             result = estimate_recording(
                 loaded,
-                config,
-                estimator.value,
-                names(sensors),
-                settings,
-                thinning,
-                duration,
-                start,
-                writing_area,
+                pen,
+                estimator=estimator.value,
+                settings=settings,
+                sensors=names(source.sensors),
+                thinning=thinning,
+                duration_s=part.duration,
+                on_start=start,
+                writing_area=source.writing_area,
             )
-        write_table(result.output.to_pandas(), output)
-        if figure is not None:
-            save(estimate_figure(result.output, result.ink, result.used.truth), figure)
-        _report(result, output)
+        write_table(result.output.to_pandas(), written.output)
+        if written.figure is not None:
+            save(
+                estimate_figure(result.output, result.ink, truth=result.used.truth), written.figure
+            )
+        _report(result, written.output)
 
 
 def _report(result: EstimateRun, output: Path) -> None:

@@ -5,22 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from benchmark.console import console, print_table
-from estimation.observability import Verdict
-from models.pen_file import find_pen
-from models.state_space import StateSpaceModel
-from pen_mhe.observe import MOTIONS, observe
+from models.pen_file import load_pen
+from pen_mhe.sensor_verdict import observe
 
 
 def run_observe(
     pen: str, sensors: Sequence[str] | None, writing_area: bool, duration_s: float
 ) -> None:
     """Print a table of the states and the unobservable directions."""
-    found = observe(find_pen(pen), sensors, writing_area, MOTIONS, duration_s)
+    found = observe(load_pen(pen), sensors, writing_area=writing_area, duration_s=duration_s)
     model = found.model
     print_table(
         f"{model.name}: {', '.join(sensor.name for sensor in model.sensors)}; {duration_s:g} s",
         ["state", "known before (std)", *found.by_motion],
-        _rows(model, found.by_motion),
+        found.rows(),
     )
     console.print(
         "\nA percentage is the part of the prior's standard deviation that stays at least, "
@@ -31,14 +29,3 @@ def run_observe(
         console.print(f"\n{motion}: {seen.rank} of {model.n_x} directions are observable")
         for direction in seen.directions:
             console.print(f"  no reading shows {direction.words}")
-
-
-def _rows(model: StateSpaceModel, by_motion: dict[str, Verdict]) -> list[list[str]]:
-    rows = []
-    for i, (name, unit) in enumerate(zip(model.state_names, model.state_units, strict=True)):
-        row = [name, f"{model.prior.std[i]:.3g} {unit}"]
-        for verdict in by_motion.values():
-            left = f"{min(verdict.unseen_fraction[i], 1):.1%}"
-            row.append(left if verdict.sees(name) else f"not observable ({left})")
-        rows.append(row)
-    return rows

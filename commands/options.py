@@ -6,15 +6,28 @@ from typing import Annotated
 
 import typer
 
+from commands.lists import complete_sensors, completing
 from models.errors import InputError
-from models.pen_file import bundled_pens
 
 PenOption = Annotated[
-    str, typer.Option(help=f"Pen file, or a bundled pen: {', '.join(bundled_pens())}.")
+    str,
+    typer.Option(
+        help="Pen file, or a bundled pen: {pens}.",
+        autocompletion=completing("pens"),
+    ),
 ]
 SensorsOption = Annotated[
     str | None,
-    typer.Option(help="Names from the pen file, with commas; by default all that can be used."),
+    typer.Option(
+        help="Names from the pen file, with commas; by default all that can be used.",
+        autocompletion=complete_sensors,
+    ),
+]
+EstimatorOption = Annotated[
+    str, typer.Option(help="One of {estimators}.", autocompletion=completing("estimators"))
+]
+ArrivalCostOption = Annotated[
+    str, typer.Option(help="One of {arrival_costs}.", autocompletion=completing("arrival_costs"))
 ]
 WritingAreaOption = Annotated[
     bool,
@@ -37,14 +50,6 @@ def names(text: str | None) -> tuple[str, ...] | None:
     if not found:
         raise InputError(f"list {text!r} has no name in it, expected e.g. accel,gyro")
     return found
-
-
-def rate_hz(text: str) -> float:
-    """Read a camera rate; raises `InputError` for what is no number."""
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"camera rate {text!r} is not a number, expected Hz") from None
 
 
 def thresholds(text: str | None) -> dict[str, float]:

@@ -1,29 +1,75 @@
-"""What goes wrong, as one line on the terminal."""
+"""How a command ends: its exit code, and what goes wrong as one line on the terminal."""
 
 from __future__ import annotations
 
+import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from enum import IntEnum
+from types import MappingProxyType
 
 import typer
-from rich.console import Console
 
 from models.errors import InputError
+from models.names import did_you_mean
+
+
+class ExitCode(IntEnum):
+    """What a command tells the shell."""
+
+    DONE = 0
+    FAULT = 1
+    REFUSED = 2
+    INTERRUPTED = 130
+
+
+EXIT_CODES: Mapping[ExitCode, str] = MappingProxyType(
+    {
+        ExitCode.DONE: "Done.",
+        ExitCode.FAULT: "A fault of pen-mhe itself, with a traceback.",
+        ExitCode.REFUSED: "Input that is refused: one sentence on stderr says what was expected.",
+        ExitCode.INTERRUPTED: "Interrupted (Ctrl-C): one sentence says what is kept.",
+    }
+)
+"""Exit code → what it means, for the help."""
+
+INTERRUPTED = "interrupted; files that were written before are kept"
 
 
 def one_line_warning(message: Warning | str, *_: object, **__: object) -> None:
     """Print a warning without the code that it came from; a `warnings.showwarning`."""
-    print(f"pen-mhe: {message}", file=sys.stderr)
+    say(str(message))
+
+
+def say(sentence: str) -> None:
+    """Print one sentence on stderr."""
+    print(f"pen-mhe: {sentence}", file=sys.stderr)
 
 
 @contextmanager
 def one_sentence() -> Iterator[None]:
-    """Turn bad input into its sentence and exit status 2."""
+    """Turn bad input and Ctrl-C into their sentence and `ExitCode`."""
     try:
         yield
     except InputError as error:
-        Console(stderr=True, highlight=False, soft_wrap=True).print(
-            f"pen-mhe: {error}", markup=False
-        )
-        raise typer.Exit(2) from None
+        say(str(error))
+        raise typer.Exit(ExitCode.REFUSED) from None
+    except KeyboardInterrupt as interrupt:
+        say(str(interrupt) or INTERRUPTED)
+        raise typer.Exit(ExitCode.INTERRUPTED) from None
+
+
+def usage_sentence(message: str, command: str) -> str:
+    """Return Typer's message on a wrong call as one sentence.
+
+    Parameters
+    ----------
+    message : of Typer, in one line or several
+    command : that was called, with the program's name
+    """
+    text = " ".join(message.split()).rstrip(".").replace("Value error, ", "")
+    if choice := re.search("'([^']*)' is not one of (.*)", text):
+        text += did_you_mean(choice[1], re.findall("'([^']*)'", choice[2]))
+    text = re.sub(r" \(Possible options: (.*)\)", r"; did you mean \1?", text)
+    return f"{text[:1].lower()}{text[1:]} (see {command} --help)"

@@ -11,16 +11,12 @@ from typing import Annotated
 
 import typer
 
-from benchmark.tasks.suite import Scope
-from codegen.exportable import DEFAULT_EXPORT, EXPORTABLE
-from commands import observe_run
+from commands.lists import LISTS, complete_sensors, completing_several
 from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
 from models.errors import InputError
-from suites.bad_starts.cases import CASES as BAD_STARTS
-from suites.bad_starts.run import ESTIMATORS as COMPARED
-from suites.consistency.run import CASES
-from suites.table import MODULES, find_suite
+from models.names import unknown
+from suites.table import MODULES
 
 SPEED = "speed"
 """The suite that times solvers by itself, see `suites.speed.study`."""
@@ -31,10 +27,32 @@ DataOption = Annotated[
 ]
 
 
+EstimatorsOption = Annotated[
+    str,
+    typer.Option(
+        help="Names with commas, of {estimators}.",
+        autocompletion=completing_several("estimators"),
+    ),
+]
+
+
+def all_or(text: str | None, key: str) -> tuple[str, ...]:
+    """Return the names in a text with commas; without one, all of a list of `LISTS`."""
+    return names(text) or tuple(LISTS[key]())
+
+
+def complete_suites(incomplete: str) -> list[str]:
+    """Complete the name of a suite."""
+    return [name for name in (*MODULES, SPEED) if name.startswith(incomplete)]
+
+
 def benchmark(
     suites: Annotated[
         list[str] | None,
-        typer.Argument(help=f"{', '.join(MODULES)} (default: all of these), or {SPEED} alone."),
+        typer.Argument(
+            help=f"{{suites}} (default: all of these), or {SPEED} alone.",
+            autocompletion=complete_suites,
+        ),
     ] = None,
     output: Annotated[
         Path, typer.Option(help="Folder; an interrupted run continues there.")
@@ -55,11 +73,13 @@ def benchmark(
         for suite in chosen:
             if suite == SPEED:
                 raise InputError(f"suite {SPEED} among others, expected it alone: it needs quiet")
-            find_suite(suite)
+            if suite not in MODULES:
+                raise unknown("suite", suite, (*MODULES, SPEED))
         if data is not None and not data.is_dir():
             raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
         # Tables and figures are slow to import.
         from benchmark.runner.run import Workers
+        from benchmark.tasks.suite import Scope
         from commands import benchmark_run
 
         benchmark_run.run_benchmark(
@@ -92,13 +112,9 @@ def command_line() -> str:
 
 
 def _speed(output: Path) -> None:
-
     from suites.speed import study  # tables and figures are slow to import
 
-    if study.is_single_threaded():
-        study.run_speed(output)
-    elif status := study.again_single_threaded("benchmark", "speed", "--output", str(output)):
-        raise typer.Exit(status)
+    study.run_speed(output)
 
 
 def observe(
@@ -108,15 +124,29 @@ def observe(
     duration: Annotated[float, typer.Option(help="Of each motion, s.")] = 3.0,
 ) -> None:
     """Say what a choice of sensors can see, and what it cannot, in words of the state."""
+    from commands import observe_run  # models are slow to import
+
     with one_sentence():
         observe_run.run_observe(pen, names(sensors), writing_area, duration)
 
 
 def consistency(
+    output: Annotated[Path, typer.Option(help="Folder that keeps what is finished.")] = Path(
+        "results/consistency"
+    ),
     pen: PenOption = "dpoint",
-    sensors: SensorsOption = "accel,gyro,camera",
-    cases: Annotated[str, typer.Option(help="Names with commas.")] = ",".join(CASES),
-    estimators: Annotated[str, typer.Option(help="Names with commas.")] = "ekf,mhe",
+    sensors: Annotated[
+        str,
+        typer.Option(help="Names from the pen file, with commas.", autocompletion=complete_sensors),
+    ] = "accel,gyro,camera",
+    cases: Annotated[
+        str | None,
+        typer.Option(
+            help="Names with commas, of {consistency_cases}; by default all.",
+            autocompletion=completing_several("consistency_cases"),
+        ),
+    ] = None,
+    estimators: EstimatorsOption = "ekf,mhe",
     runs: Annotated[int, typer.Option(help="Of each case and estimator.", min=2)] = 50,
     jobs: JobsOption = 2,
 ) -> None:
@@ -125,7 +155,13 @@ def consistency(
 
     with one_sentence():
         study.run_consistency(
-            pen, names(sensors), names(cases) or (), names(estimators) or (), runs, jobs
+            output,
+            pen,
+            names(sensors),
+            all_or(cases, "consistency_cases"),
+            names(estimators) or (),
+            runs,
+            jobs,
         )
 
 
@@ -133,8 +169,20 @@ def bad_starts(
     output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path(
         "results/bad_starts"
     ),
-    cases: Annotated[str, typer.Option(help="Names with commas.")] = ",".join(BAD_STARTS),
-    estimators: Annotated[str, typer.Option(help="Names with commas.")] = ",".join(COMPARED),
+    cases: Annotated[
+        str | None,
+        typer.Option(
+            help="Names with commas, of {bad_starts}; by default all.",
+            autocompletion=completing_several("bad_starts"),
+        ),
+    ] = None,
+    estimators: Annotated[
+        str | None,
+        typer.Option(
+            help="Names with commas, of {estimators}; by default {compared}.",
+            autocompletion=completing_several("estimators"),
+        ),
+    ] = None,
     runs: Annotated[int, typer.Option(help="Of each case and estimator.", min=1)] = 100,
     jobs: JobsOption = 2,
 ) -> None:
@@ -142,7 +190,9 @@ def bad_starts(
     from suites.bad_starts import study  # tables and figures are slow to import
 
     with one_sentence():
-        study.run_bad_starts(output, names(cases) or (), names(estimators) or (), runs, jobs)
+        study.run_bad_starts(
+            output, all_or(cases, "bad_starts"), all_or(estimators, "compared"), runs, jobs
+        )
 
 
 def printed_cost(
@@ -179,61 +229,11 @@ def real_time(
 ) -> None:
     """Measure a step of the real-time MHE: kept factors, deadlines, time per real sample."""
     from suites.real_time.study import run_real_time  # tables and figures are slow to import
-    from suites.speed import study
 
     with one_sentence():
         if data is not None and not data.is_dir():
             raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
-        words = ["--output", str(output), "--steps", str(steps)]
-        words += [] if data is None else ["--data", str(data)]
-        if study.is_single_threaded():
-            run_real_time(output, data, steps)
-        elif status := study.again_single_threaded("real-time", *words):
-            raise typer.Exit(status)
-
-
-def codegen(
-    output: Annotated[Path, typer.Option(help="Folder for the C files.")],
-    pen: PenOption = "reference",
-    sensors: SensorsOption = None,
-    writing_area: WritingAreaOption = True,
-    estimator: Annotated[
-        str, typer.Option(help=f"One of {', '.join(EXPORTABLE)}.")
-    ] = DEFAULT_EXPORT,
-    horizon: Annotated[
-        int | None, typer.Option(help="Intervals in the window of an estimator that has one.")
-    ] = None,
-    deadline: Annotated[
-        float | None, typer.Option(help="Of such an estimator: s per step, by a clock of yours.")
-    ] = None,
-    float32: Annotated[
-        bool, typer.Option("--float32", help="Single precision, with square roots of covariances.")
-    ] = False,
-    roots: Annotated[
-        bool,
-        typer.Option("--roots", help="Square roots in double too: much less code."),
-    ] = False,
-    prefix: Annotated[str, typer.Option(help="Of the files' and the functions' names.")] = "pen",
-) -> None:
-    """Write an estimator of a pen as C99 without dynamic memory, for other machines."""
-    from commands.codegen_run import CodegenRequest, run_codegen  # slow to import
-
-    with one_sentence():
-        run_codegen(
-            CodegenRequest(
-                pen=pen,
-                sensors=names(sensors),
-                writing_area=writing_area,
-                estimator=estimator,
-                horizon=horizon,
-                deadline_s=deadline,
-                real="float" if float32 else "double",
-                form="root" if roots else None,
-                prefix=prefix,
-                output=output,
-                command=command_line(),
-            )
-        )
+        run_real_time(output, data, steps)
 
 
 COMMANDS: Mapping[str, Callable[..., None]] = {
@@ -245,6 +245,5 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "printed-cost": printed_cost,
     "optimum": optimum,
     "real-time": real_time,
-    "codegen": codegen,
 }
 """Name → function of every command here."""

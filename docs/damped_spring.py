@@ -8,11 +8,7 @@ estimation error of a linear model and is left out.)
 import casadi as ca
 import numpy as np
 
-from estimation.estimator import run
-from models.own_model import OwnSensor, own_model
-from pen_mhe.errors import state_errors
-from pen_mhe.estimators import LEAST_SQUARES, create_estimator
-from recordings.simulate_pen import simulate_model
+import pen_mhe as pm
 
 MASS, STIFFNESS, DAMPING, DISTURBANCE = 1.0, 1.0, 0.5, 0.1
 
@@ -31,9 +27,10 @@ def transition(x, w, dt):
 
 
 states = {"position_m": (1.0, 0.01), "velocity_m_s": (0.0, 0.01)}
-ruler = OwnSensor(lambda x: x[0], axes={"x": "m"}, noise_std=0.005, rate_hz=20.0)
-model = own_model("damped spring", states, transition, n_noises=1, sensors={"ruler": ruler})
-recording = simulate_model(model, duration_s=50.0, seed=0)
-for name in LEAST_SQUARES:
-    errors = state_errors(model, run(create_estimator(name, model), recording), recording.truth)
+ruler = pm.OwnSensor(lambda x: x[0], axes={"x": "m"}, noise_std=0.005, rate_hz=20.0)
+model = pm.own_model("damped spring", states, transition, n_noises=1, sensors={"ruler": ruler})
+recording = pm.simulate_model(model, duration_s=50.0, seed=0)
+for name in pm.LEAST_SQUARES:
+    history = pm.run(pm.create_estimator(name, model), recording)
+    errors = pm.state_errors(model, history, recording.truth)
     print(name, "RMS position, velocity:", np.sqrt((errors**2).mean(axis=0)))

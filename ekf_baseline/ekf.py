@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from ekf_baseline.interpreted import InterpretedFilter
 from estimation import native
+from estimation.collect import Batches
 from estimation.engine import CompiledEngine, Loop
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import first_state
@@ -17,13 +19,14 @@ from estimation.kalman_stage import stage_functions
 from estimation.layout import Layout
 from estimation.recording import Measurement
 from estimation.result import Engine, ResultReader
+from estimation.settings import checked_config
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EkfConfig:
     """Settings of the EKF.
 
@@ -32,6 +35,11 @@ class EkfConfig:
     gate_probability : a sensor's reading is dropped when its squared
         Mahalanobis distance to the prediction exceeds the χ² quantile of this
         probability; nearer to 1 drops less, None never drops
+
+    Raises
+    ------
+    InputError
+        If the gate is not a probability.
     """
 
     gate_probability: float | None = None
@@ -66,13 +74,14 @@ class Ekf:
 
     def __init__(self, model: StateSpaceModel, config: EkfConfig | None = None) -> None:
         self.model = model
-        self.config = config or EkfConfig()
+        self.config = checked_config(self.name, config, EkfConfig)
         self._engine: Engine = (
             InterpretedFilter(model, filter_memory(model), _gate(model, self.config))
             if native.compiler() is None
             else CompiledEngine(model, filter_loop(model, self.config))
         )
         self._reader = ResultReader(model)
+        self._batches = Batches(self.name, self._reader, self._engine.memory, self._engine.batch)
 
     def init(self, prior: GaussianState | None = None) -> EkfState:
         """Return the state before the first measurement, from the model's prior or another.
@@ -89,15 +98,26 @@ class Ekf:
         memory, result = self._engine.step(packed_state(state), measurement.time_s, measurement.y)
         return self._unpack(memory), self._reader.estimate(result)
 
-    def batch(self, state: EkfState, time_s: Array, y: Array) -> tuple[EkfState, EstimateHistory]:
-        """Take n measurements in one call; the same as n steps.
+    def batch(
+        self,
+        state: EkfState,
+        time_s: Array,
+        y: Array,
+        *,
+        covariances: bool = False,
+        on_progress: Callable[[int], None] | None = None,
+    ) -> tuple[EkfState, EstimateHistory]:
+        """Take n measurements in compiled calls; the same as n steps.
 
         Parameters
         ----------
         time_s, y : (n,), (n, n_y), as of `estimation.recording.Recording.stacked`
+        covariances, on_progress : see `estimation.estimator.run`
         """
-        memory, results = self._engine.batch(packed_state(state), time_s, y)
-        return self._unpack(memory), self._reader.history(self.name, results)
+        memory, history = self._batches.take(
+            packed_state(state), time_s, y, covariances, on_progress
+        )
+        return self._unpack(memory), history
 
     def _unpack(self, memory: Array) -> EkfState:
         n_x = self.model.n_x

@@ -18,7 +18,7 @@ from models.state_space import StateSpaceModel
 
 
 class InterpretedFilter:
-    """The EKF's engine around the interpreted stage; see `estimation.engine.Engine`.
+    """The EKF's engine around the interpreted stage; see `estimation.result.Engine`.
 
     Parameters
     ----------

@@ -21,9 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 
-from estimation.estimate import EstimateHistory
+from estimation.history import EstimateHistory
+from estimation.mahalanobis import squared_distances
 from models.arrays import Array
 from models.errors import InputError
 from models.state_space import StateSpaceModel
@@ -74,19 +74,22 @@ def nees(model: StateSpaceModel, history: EstimateHistory, states: Array) -> Arr
     Raises
     ------
     InputError
-        If there is not one true state per estimate.
+        If there is not one true state per estimate, or the history kept no covariances.
     """
     if states.shape != history.mean.shape:
         raise InputError(
             f"true states have shape {states.shape}, expected {history.mean.shape}: "
             "one per estimate"
         )
-    return np.array(
-        [
-            _squared_distance(np.asarray(model.difference(mean, x)).ravel(), P)
-            for mean, x, P in zip(history.mean, states, history.covariance, strict=True)
-        ]
-    )
+    if history.covariances is None:
+        raise InputError(
+            f"the NEES of {history.estimator} needs full covariances, which its history did not "
+            "keep: ask for them with run(…, covariances=True)"
+        )
+    error = np.asarray(model.difference(history.mean.T, states.T).full().T)
+    known = ~np.isnan(error).any(axis=1)
+    used = np.broadcast_to(known[:, None], error.shape)
+    return squared_distances(error, history.covariances.state, used)
 
 
 def nis(history: EstimateHistory, rows: NDArray[np.bool_] | None = None) -> tuple[Array, Array]:
@@ -98,20 +101,34 @@ def nis(history: EstimateHistory, rows: NDArray[np.bool_] | None = None) -> tupl
     ----------
     rows : (n_r,) which rows of the residual count, all by default. A writing area's are
         no measurements: leave them out with the model's ``measured_rows``
+
+    Raises
+    ------
+    InputError
+        If the rows are neither of `EstimateHistory.row_sets` (all, those that measure, those
+        of a sensor) and the history kept no covariances.
     """
     present = ~np.isnan(history.innovation)
-    if rows is not None:
-        present = present & rows
-    squared = [
-        _squared_distance(v[some], S[np.ix_(some, some)]) if some.any() else np.nan
-        for v, S, some in zip(
-            history.innovation, history.innovation_covariance, present, strict=True
+    chosen = np.ones(present.shape[1], dtype=bool) if rows is None else rows
+    if chosen.shape != present.shape[1:]:
+        raise InputError(f"rows have shape {chosen.shape}, expected {present.shape[1:]}")
+    present = present & chosen
+    freedom = present.sum(axis=1)
+    for column, kept in enumerate(history.row_sets.values()):
+        if np.array_equal(kept, chosen):
+            return history.squared_innovations[:, column], freedom
+    if history.covariances is None:
+        numbers = ", ".join(map(str, np.flatnonzero(chosen)))
+        raise InputError(
+            f"the NIS of rows {numbers} needs full covariances, "
+            f"which the history did not keep, and has that of {', '.join(history.row_sets)}: ask "
+            "for them with run(…, covariances=True)"
         )
-    ]
-    return np.array(squared), present.sum(axis=1)
+    S = history.covariances.innovation
+    return squared_distances(history.innovation, S, present), freedom
 
 
-def consistency(squared: Array, freedom: Array | int) -> Consistency:
+def consistency_of(squared: Array, freedom: Array | int) -> Consistency:
     """Compare squared distances with the χ² law.
 
     Parameters
@@ -141,21 +158,3 @@ def consistency(squared: Array, freedom: Array | int) -> Consistency:
         inside_fraction=float(inside.mean()),
         count=count,
     )
-
-
-def _squared_distance(error: Array, covariance: Array) -> float:
-    """Return eᵀ P⁻¹ e, scaled first: variances of a pen differ by ten orders of magnitude.
-
-    A covariance that is not positive definite claims more than certainty: inf.
-    """
-    if np.isnan(error).any():
-        return float("nan")
-    variance = np.diag(covariance)
-    if not (variance > 0).all():
-        return float("inf")
-    std = np.sqrt(variance)
-    try:
-        L = np.linalg.cholesky(covariance / np.outer(std, std))
-    except np.linalg.LinAlgError:
-        return float("inf")
-    return float((solve_triangular(L, error / std, lower=True) ** 2).sum())

@@ -9,6 +9,7 @@ from typing import Protocol, TypeVar, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from estimation.collect import BATCH_STEPS, collected
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.recording import Measurement, Recording
 from estimation.status import REGULARITY_LIMIT, Status
@@ -18,9 +19,6 @@ from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 StateT = TypeVar("StateT")
-
-BATCH_STEPS = 500
-"""Steps per compiled call: long enough to cost nothing, short enough to show progress."""
 
 
 class Estimator(Protocol[StateT]):
@@ -48,16 +46,26 @@ class Estimator(Protocol[StateT]):
 class BatchEstimator(Protocol[StateT]):
     """An estimator that also takes many measurements in one compiled call."""
 
-    def batch(self, state: StateT, time_s: Array, y: Array) -> tuple[StateT, EstimateHistory]:
-        """Take n measurements, (n,) and (n, n_y); the same as n steps."""
+    def batch(
+        self,
+        state: StateT,
+        time_s: Array,
+        y: Array,
+        *,
+        covariances: bool = False,
+        on_progress: Callable[[int], None] | None = None,
+    ) -> tuple[StateT, EstimateHistory]:
+        """Take n measurements, (n,) and (n, n_y); the same as n steps; see `run`."""
 
 
 def run(
     estimator: Estimator[StateT],
     recording: Recording,
+    *,
     on_step: Callable[[Estimate], None] | None = None,
     on_progress: Callable[[int], None] | None = None,
     prior: GaussianState | None = None,
+    covariances: bool = False,
 ) -> EstimateHistory:
     """Drive an estimator over a recording, in compiled batches where it has them.
 
@@ -67,17 +75,16 @@ def run(
     on_progress : called with the number of steps made since the last call
     prior : of the first state; None takes the model's. One estimator, built once, serves
         many starts
+    covariances : keep them in full, (n, n_x, n_x) and (n, n_r, n_r), not only their standard
+        deviations: what `estimation.consistency.nees` needs
     """
     if on_step is None and isinstance(estimator, BatchEstimator):
-        state, histories = estimator.init(prior), []
         time_s, y = recording.stacked(estimator.model)
-        for start in range(0, len(time_s), BATCH_STEPS):
-            part = slice(start, start + BATCH_STEPS)
-            state, history = estimator.batch(state, time_s[part], y[part])
-            histories.append(history)
-            if on_progress:
-                on_progress(len(history))
-        return EstimateHistory.joined(histories)
+        start = estimator.init(prior)
+        _, history = estimator.batch(
+            start, time_s, y, covariances=covariances, on_progress=on_progress
+        )
+        return history
 
     def told(estimate: Estimate) -> None:
         if on_step:
@@ -85,18 +92,35 @@ def run(
         if on_progress:
             on_progress(1)
 
-    return run_measurements(estimator, recording.measurements(estimator.model), told, prior)
+    measurements = recording.measurements(estimator.model)
+    return run_measurements(
+        estimator, measurements, on_step=told, prior=prior, covariances=covariances
+    )
 
 
 def run_measurements(
     estimator: Estimator[StateT],
     measurements: Iterable[Measurement],
+    *,
     on_step: Callable[[Estimate], None] | None = None,
     prior: GaussianState | None = None,
+    covariances: bool = False,
 ) -> EstimateHistory:
-    """Drive an estimator over any stream of measurements, a live one included."""
+    """Drive an estimator over any stream of measurements, a live one included; see `run`."""
     state = estimator.init(prior)
-    estimates, step_times = [], []
+    parts: list[EstimateHistory] = []
+    estimates: list[Estimate] = []
+    step_times: list[float] = []
+
+    def reduce() -> None:
+        parts.append(
+            collected(
+                estimator.name, estimator.model, estimates, step_times, covariances=covariances
+            )
+        )
+        estimates.clear()
+        step_times.clear()
+
     for measurement in measurements:
         start = time.perf_counter()
         state, estimate = estimator.step(state, measurement)
@@ -104,7 +128,11 @@ def run_measurements(
         estimates.append(estimate)
         if on_step:
             on_step(estimate)
-    return EstimateHistory.collect(estimator.name, estimator.model, estimates, step_times)
+        if len(estimates) == BATCH_STEPS:
+            reduce()
+    if estimates or not parts:
+        reduce()
+    return EstimateHistory.joined(parts)
 
 
 def first_state(model: StateSpaceModel, prior: GaussianState | None) -> GaussianState:

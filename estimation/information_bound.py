@@ -41,6 +41,7 @@ def information_bound(
     model: StateSpaceModel,
     measurements: Iterable[Measurement],
     states: Array,
+    *,
     stage: KalmanStage | None = None,
 ) -> InformationBound:
     """Return the bound along known states.

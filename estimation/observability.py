@@ -132,6 +132,7 @@ def observability_matrix(
     model: StateSpaceModel,
     measurements: Sequence[Measurement],
     states: Array,
+    *,
     stage: KalmanStage | None = None,
 ) -> Array:
     """Return O (n_rows, n_x) along known states, scaled as in the module's equation.
@@ -158,10 +159,11 @@ def observability(
     model: StateSpaceModel,
     measurements: Sequence[Measurement],
     states: Array,
+    *,
     stage: KalmanStage | None = None,
 ) -> Observability:
     """Return what a motion's readings say about its first state; see `observability_matrix`."""
-    scaled = observability_matrix(model, measurements, states, stage)
+    scaled = observability_matrix(model, measurements, states, stage=stage)
     _, s, Vt = np.linalg.svd(scaled, full_matrices=True)
     singular = np.zeros(model.n_x)
     singular[: len(s)] = s
@@ -208,7 +210,7 @@ def _joined(basis: Array, symmetric: Array, constant_rows: Array) -> Array:
 
 
 def free_motion(
-    model: StateSpaceModel, x: Array, duration_s: float = FREE_S, steps: int = 50
+    model: StateSpaceModel, x: Array, *, duration_s: float = FREE_S, steps: int = 50
 ) -> tuple[list[Measurement], Array]:
     """Return the readings without noise and the states (n, n_x) of a motion that runs freely.
 
@@ -233,10 +235,10 @@ def verdict(model: StateSpaceModel, measurements: Sequence[Measurement], states:
     """
     starts = np.linspace(0, len(states) - 1, FREE_STARTS).astype(int)
     stage = KalmanStage(model)
-    candidates = [observability(model, *free_motion(model, states[i]), stage) for i in starts]
+    candidates = [observability(model, *free_motion(model, states[i]), stage=stage) for i in starts]
     return Verdict(
         max(candidates, key=lambda found: found.rank),
-        information_bound(model, measurements, states, stage),
+        information_bound(model, measurements, states, stage=stage),
     )
 
 

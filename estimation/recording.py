@@ -5,14 +5,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from models.arrays import Array
 from models.errors import InputError
-from models.sensor_model import SensorModel
+from models.frozen_mapping import FrozenMapping
+from models.names import expected_one_of
 from models.state_space import StateSpaceModel
 from models.units import TIME_DIGITS
 
@@ -61,7 +60,7 @@ class Truth:
         return states
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """Readings of sensors on one time axis, the union of all their stamps.
 
@@ -71,6 +70,11 @@ class Recording:
     time_s : (n,) strictly increasing, s
     readings : sensor name → (n, n_y) in SI, NaN where the sensor has no reading
     truth : true states, where known; no estimator is given them
+
+    Raises
+    ------
+    InputError
+        If it is empty, times do not increase, or readings have another shape or are infinite.
     """
 
     name: str
@@ -79,6 +83,7 @@ class Recording:
     truth: Truth | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "readings", FrozenMapping(self.readings))
         if len(self.time_s) == 0:
             raise InputError(f"recording {self.name} is empty, expected at least one sample")
         if not np.isfinite(self.time_s).all():
@@ -109,6 +114,7 @@ class Recording:
         cls,
         name: str,
         sensors: Mapping[str, tuple[Array, Array]],
+        *,
         truth: Truth | None = None,
     ) -> Recording:
         """Merge sensors with time stamps of their own; no reading moves in time.
@@ -142,14 +148,28 @@ class Recording:
             merged = np.full((len(time_s), values.shape[1]), np.nan)
             merged[np.searchsorted(time_s, times)] = values
             readings[sensor] = merged
-        return cls(name, time_s, MappingProxyType(readings), truth)
+        return cls(name, time_s, readings, truth)
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{name} {len(self.sensor(name)[0])}" for name in self.readings)
+        truth = "" if self.truth is None else f", truth of {len(self.truth.names)} states"
+        return (
+            f"<Recording {self.name}: {self.time_s[0]:g} s to {self.time_s[-1]:g} s, "
+            f"readings: {counts}{truth}>"
+        )
 
     def sensor(self, name: str) -> tuple[Array, Array]:
-        """Return (times, values) of one sensor where it has any reading."""
+        """Return (times, values) of one sensor where it has any reading.
+
+        Raises
+        ------
+        InputError
+            If there is no such sensor.
+        """
         if name not in self.readings:
             raise InputError(
                 f"recording {self.name} has no sensor {name}; "
-                f"expected one of {', '.join(self.readings)}"
+                f"{expected_one_of(name, self.readings)}"
             )
         present = ~np.isnan(self.readings[name]).all(axis=1)
         return self.time_s[present], self.readings[name][present]
@@ -157,7 +177,7 @@ class Recording:
     def select(self, sensors: Sequence[str]) -> Recording:
         """Return a recording of some sensors only, without instants left empty."""
         return self.from_sensors(
-            self.name, {sensor: self.sensor(sensor) for sensor in sensors}, self.truth
+            self.name, {sensor: self.sensor(sensor) for sensor in sensors}, truth=self.truth
         )
 
     def subsampled(self, sensor: str, every: int, phase: int) -> Recording:
@@ -165,7 +185,7 @@ class Recording:
         parts = {name: self.sensor(name) for name in self.readings}
         times, values = self.sensor(sensor)
         parts[sensor] = (times[phase::every], values[phase::every])
-        return self.from_sensors(self.name, parts, self.truth)
+        return self.from_sensors(self.name, parts, truth=self.truth)
 
     def first(self, duration_s: float) -> Recording:
         """Return the first `duration_s` seconds."""
@@ -212,7 +232,7 @@ class Recording:
             if sensor.constant_reading is None:
                 y[:, columns] = self.readings[sensor.name]
             else:
-                y[_first_of_each_period(self.time_s, sensor), columns] = constant[columns]
+                y[sensor.first_of_each_period(self.time_s), columns] = constant[columns]
             start += sensor.n_y
         return np.asarray(self.time_s, dtype=float), y
 
@@ -220,13 +240,3 @@ class Recording:
         """Yield the rows of `stacked`, instant by instant."""
         for time_s, y in zip(*self.stacked(model), strict=True):
             yield Measurement(float(time_s), y)
-
-
-def _first_of_each_period(time_s: Array, sensor: SensorModel) -> NDArray[np.bool_]:
-    """Return the instants (n,) that are the first in their period; all without a rate."""
-    if sensor.rate_hz is None:
-        return np.ones(len(time_s), dtype=bool)
-    # Seconds since 1970 resolve no nanoseconds.
-    resolution = max(0.5 * 10**-TIME_DIGITS, 2 * float(np.spacing(np.abs(time_s).max())))
-    period = np.floor((time_s - time_s[0] + resolution) * sensor.rate_hz)
-    return np.diff(period, prepend=-1.0) > 0

@@ -6,7 +6,9 @@ from typing import Protocol
 
 import numpy as np
 
+from estimation.covariances import Covariances
 from estimation.estimate import Estimate, EstimateHistory, Window
+from estimation.innovations import innovation_std, row_sets, squared_innovations
 from estimation.kalman_stage import Update
 from estimation.layout import Layout
 from estimation.status import Status
@@ -85,7 +87,7 @@ class ResultReader:
 
     def __init__(self, model: StateSpaceModel) -> None:
         self.layout = result_layout(model)
-        self._model = model
+        self.model = model
         parts, n_x, n_r = self.layout.slices, model.n_x, model.n_r
         self._mean, self._covariance = parts["mean"], parts["covariance"]
         self._v, self._S = parts["innovation"], parts["innovation_covariance"]
@@ -94,6 +96,7 @@ class ResultReader:
         self._time, self._step_time = parts["time_s"].start, parts["step_time_s"].start
         self._kkt, self._reused = parts["kkt"].start, parts["reused"].start
         self._statuses: dict[float, Status] = {}
+        self._row_sets = row_sets(model)
 
     def estimate(self, result: Array, window: Window | None = None) -> Estimate:
         """Return one step's estimate; its arrays are views of `result`."""
@@ -121,22 +124,29 @@ class ResultReader:
             status = self._statuses[number] = Status(int(number))
         return status
 
-    def history(self, estimator: str, results: Array) -> EstimateHistory:
-        """Return the history of n steps (n, result.size)."""
-        view = self.layout.view
+    def history(
+        self, estimator: str, results: Array, *, covariances: bool = False
+    ) -> EstimateHistory:
+        """Return the history of n steps (n, result.size); `covariances` keeps them in full."""
+        parts = {block: self.layout.view(results, block) for block in self.layout.shapes}
+        P, v, S = (parts[name] for name in ("covariance", "innovation", "innovation_covariance"))
         return EstimateHistory(
             estimator=estimator,
-            state_names=self._model.state_names,
-            time_s=view(results, "time_s"),
-            mean=view(results, "mean"),
-            covariance=view(results, "covariance"),
-            innovation=view(results, "innovation"),
-            innovation_covariance=view(results, "innovation_covariance"),
-            status=tuple(self.status(number) for number in view(results, "status")),
-            iterations=view(results, "iterations"),
-            step_time_s=view(results, "step_time_s"),
-            kkt_residual=view(results, "kkt"),
-            reused_stages=view(results, "reused"),
+            state_names=self.model.state_names,
+            time_s=parts["time_s"],
+            mean=parts["mean"],
+            std=np.sqrt(np.diagonal(P, axis1=1, axis2=2)),
+            innovation=v,
+            innovation_std=innovation_std(v, S),
+            status=tuple(self.status(number) for number in parts["status"].tolist()),
+            iterations=parts["iterations"],
+            step_time_s=parts["step_time_s"],
+            kkt_residual=parts["kkt"],
+            reused_stages=parts["reused"],
+            squared_innovations=squared_innovations(v, S, self._row_sets),
+            row_sets=self._row_sets,
+            covariances=Covariances(P, S) if covariances else None,
+            difference=self.model.difference,
         )
 
 

@@ -1,4 +1,4 @@
-"""Settings of the moving-horizon estimator."""
+"""Settings of the moving-horizon estimators, for each what it reads."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import numpy as np
 
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.loss import LEAST_SQUARES
+from mhe.scheme import MAX_ITERATIONS, TOLERANCE, Scheme
 from models.arrays import Array
 from models.errors import InputError
+from models.names import expected_one_of, unknown
 
 HESSIANS = ("gauss-newton", "exact")
 
@@ -18,72 +20,47 @@ Clock = Callable[[], float]
 """Seconds that only grow; any origin."""
 
 
-@dataclass(frozen=True)
-class MheConfig:
-    """Settings of the moving-horizon estimator.
+@dataclass(frozen=True, kw_only=True)
+class WindowConfig:
+    """Settings that every moving-horizon estimator reads: its window, and how that is weighed.
 
     Parameters
     ----------
     horizon : N, intervals between stages; more looks further back and costs more
     arrival_cost : one of `mhe.arrival_cost.ARRIVAL_COSTS`
-    tolerance : where iterating ends, in standard deviations; smaller iterates longer
     huber : sensor → threshold of Huber's loss, in standard deviations of the sensor's
         whole residual; smaller trusts a reading far off less, a sensor that is not
         named is weighed by least squares. See `mhe.loss`
     sparse_noise : threshold of Huber's loss on every unit process noise; smaller lets
         few large jumps through and damps the rest less, None is least squares
-    hessian : of ``mhe-ipopt``, ``gauss-newton`` or ``exact``. The exact Hessian of a window
-        is often indefinite far from the optimum, and IPOPT then may leave for another one
-        (on the D-POINT recording it did, into an upright pen); Gauss-Newton always
-        descends and ends in the same optimum where both converge
-    max_iterations : per step; the best point is returned when it is reached
     deadline_s : from the beginning of a step, s; before a pass that would end later the best
         so far is returned, a prediction where there was no time for any; None has none.
         ``mhe-ipopt`` hands it to IPOPT as its longest wall time
-    reuse_threshold : of ``mhe-rti``, in standard deviations: a stage whose estimate is so near
-        to where it was linearised keeps its factors when the window slides, as long as all
-        older ones do, and is not smoothed again until later readings move it by half of
-        that; larger is faster and further from full passes, 0 makes every pass a full one. None
-        chooses by the model, see `mhe.reuse`
+
+    Raises
+    ------
+    InputError
+        If a setting is outside its range; the message names it.
     """
 
     horizon: int = 20
     arrival_cost: str = "filtered"
-    tolerance: float = 1e-8
     huber: Mapping[str, float] = field(default_factory=dict)
     sparse_noise: float | None = None
-    hessian: str = "gauss-newton"
-    max_iterations: int = 300
     deadline_s: float | None = None
-    reuse_threshold: float | None = None
 
     def __post_init__(self) -> None:
         if self.horizon < 1:
             raise InputError(f"horizon is {self.horizon}, expected at least 1 interval")
         if self.arrival_cost not in ARRIVAL_COSTS:
-            raise InputError(
-                f"arrival cost {self.arrival_cost} is unknown, "
-                f"expected one of {', '.join(ARRIVAL_COSTS)}"
-            )
-        if not self.tolerance > 0:
-            raise InputError(f"tolerance is {self.tolerance}, expected a positive number")
+            raise unknown("arrival cost", self.arrival_cost, ARRIVAL_COSTS)
         for name, threshold in (*self.huber.items(), ("sparse_noise", self.sparse_noise)):
             if threshold is not None and not threshold > 0:
                 raise InputError(
                     f"threshold {threshold} of Huber's loss on {name}, expected a positive number"
                 )
-        if self.hessian not in HESSIANS:
-            raise InputError(
-                f"hessian {self.hessian} is unknown, expected one of {', '.join(HESSIANS)}"
-            )
-        if self.max_iterations < 0:
-            raise InputError(f"max_iterations is {self.max_iterations}, expected at least 0")
         if self.deadline_s is not None and not self.deadline_s > 0:
             raise InputError(f"deadline_s is {self.deadline_s}, expected a positive time")
-        if self.reuse_threshold is not None and not self.reuse_threshold >= 0:
-            raise InputError(
-                f"reuse_threshold is {self.reuse_threshold}, expected 0 or standard deviations"
-            )
 
     def thresholds(self, sensors: Sequence[str]) -> Array:
         """Return the thresholds of Huber's loss per sensor, `mhe.loss.LEAST_SQUARES` for none.
@@ -97,7 +74,7 @@ class MheConfig:
             if name not in sensors:
                 raise InputError(
                     f"Huber's loss on sensor {name}, which is not part of the model; "
-                    f"expected one of {', '.join(sensors)}"
+                    f"{expected_one_of(name, sensors)}"
                 )
         return np.array([self.huber.get(name, LEAST_SQUARES) for name in sensors], dtype=float)
 
@@ -110,3 +87,105 @@ class MheConfig:
     def has_losses(self) -> bool:
         """Whether anything is weighed otherwise than by least squares."""
         return bool(self.huber) or self.sparse_noise is not None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConvergedConfig(WindowConfig):
+    """Settings of whoever iterates until a window is solved.
+
+    Parameters
+    ----------
+    tolerance : where iterating ends, in standard deviations; smaller iterates longer
+    max_iterations : per step; the best point is returned when it is reached
+
+    Raises
+    ------
+    InputError
+        If a setting is outside its range; the message names it.
+    """
+
+    tolerance: float = TOLERANCE
+    max_iterations: int = MAX_ITERATIONS
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.tolerance > 0:
+            raise InputError(f"tolerance is {self.tolerance}, expected a positive number")
+        if self.max_iterations < 0:
+            raise InputError(f"max_iterations is {self.max_iterations}, expected at least 0")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MheConfig(ConvergedConfig):
+    """Settings of ``mhe``.
+
+    Parameters
+    ----------
+    horizon, arrival_cost, huber, sparse_noise, deadline_s : see `WindowConfig`
+    tolerance, max_iterations : see `ConvergedConfig`
+    """
+
+    @property
+    def scheme(self) -> Scheme:
+        """Passes to convergence, each a full one."""
+        return Scheme(converges=True, tolerance=self.tolerance, max_iterations=self.max_iterations)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MheRtiConfig(WindowConfig):
+    """Settings of ``mhe-rti``.
+
+    Parameters
+    ----------
+    horizon, arrival_cost, huber, sparse_noise, deadline_s : see `WindowConfig`
+    reuse_threshold : in standard deviations: a stage whose estimate is so near
+        to where it was linearised keeps its factors when the window slides, as long as all
+        older ones do, and is not smoothed again until later readings move it by half of
+        that; larger is faster and further from full passes, 0 makes every pass a full one. None
+        chooses by the model, see `mhe.reuse`
+
+    Raises
+    ------
+    InputError
+        If a setting is outside its range; the message names it.
+    """
+
+    reuse_threshold: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.reuse_threshold is not None and not self.reuse_threshold >= 0:
+            raise InputError(
+                f"reuse_threshold is {self.reuse_threshold}, expected 0 or standard deviations"
+            )
+
+    @property
+    def scheme(self) -> Scheme:
+        """One pass a sample."""
+        return Scheme(converges=False, reuse_threshold=self.reuse_threshold)
+
+
+RealTimeConfig = MheConfig | MheRtiConfig
+"""Settings of whatever makes passes of the Kalman stage; each has a ``scheme``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MheIpoptConfig(ConvergedConfig):
+    """Settings of ``mhe-ipopt``.
+
+    Parameters
+    ----------
+    horizon, arrival_cost, huber, sparse_noise, deadline_s : see `WindowConfig`
+    tolerance, max_iterations : see `ConvergedConfig`
+    hessian : ``gauss-newton`` or ``exact``. The exact Hessian of a window
+        is often indefinite far from the optimum, and IPOPT then may leave for another one
+        (on the D-POINT recording it did, into an upright pen); Gauss-Newton always
+        descends and ends in the same optimum where both converge
+    """
+
+    hessian: str = "gauss-newton"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.hessian not in HESSIANS:
+            raise unknown("hessian", self.hessian, HESSIANS)

@@ -54,18 +54,6 @@ def count(model: StateSpaceModel) -> int:
     return int(bounds) + int(model.inequality.numel_out(0))
 
 
-def row_names(model: StateSpaceModel) -> tuple[str, ...]:
-    """Return what each row (n_c,) demands, for people."""
-    sides = (("≥", model.lower), ("≤", model.upper))
-    bounds = [
-        f"{name} {side} {limit:g}"
-        for side, limits in sides
-        for name, limit in zip(model.state_names, limits, strict=True)
-        if np.isfinite(limit)
-    ]
-    return (*bounds, *(f"inequality {i + 1}" for i in range(model.inequality.numel_out(0))))
-
-
 def needs(model: StateSpaceModel) -> NDArray[np.bool_]:
     """Return (n_c, n_y): which readings an instant must have for a row to be demanded."""
     of_bounds = np.zeros((count(model) - model.inequality.numel_out(0), model.n_y), dtype=bool)

@@ -20,14 +20,18 @@ ICASSP.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from estimation import native
+from estimation.collect import Batches
 from estimation.estimate import Estimate, EstimateHistory, Window
 from estimation.recording import Measurement
 from estimation.result import ResultReader
+from estimation.settings import checked_config
 from mhe.compiled.loop import CompiledWindow
-from mhe.config import Clock, MheConfig
+from mhe.config import Clock, MheConfig, MheRtiConfig, RealTimeConfig
 from mhe.interpreted.loop import InterpretedWindow
 from mhe.sparse_qp.fallback import Fallback
 from mhe.trajectory import Trajectory, WindowSolution
@@ -38,33 +42,29 @@ from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 
-class MheRti:
-    """Real-time iteration: one Gauss-Newton pass per sample.
+class WindowLoop:
+    """What both estimators are made of: slide, solve, fall back, read the result.
 
     Parameters
     ----------
-    clock : of `MheConfig.deadline_s`; the machine's own by default
+    name : of the estimator whose loop it is
+    config : its settings; their scheme says which passes are made
+    clock : of `WindowConfig.deadline_s`; None is the machine's own
     """
 
-    name = "mhe-rti"
-    iterates = False
-
     def __init__(
-        self,
-        model: StateSpaceModel,
-        config: MheConfig | None = None,
-        clock: Clock | None = None,
+        self, name: str, model: StateSpaceModel, config: RealTimeConfig, clock: Clock | None
     ) -> None:
-        self.model = model
-        self.config = config or MheConfig()
+        self.name, self.model, self.config = name, model, config
         memory = window_memory(model, self.config.horizon + 1)
         engine = InterpretedWindow if native.compiler() is None else CompiledWindow
-        self._engine = engine(model, self.config, memory, self.iterates, clock)
+        self._engine = engine(model, self.config, memory, clock)
         self._reader = ResultReader(model)
+        self._batches = Batches(self.name, self._reader, memory, self._take)
         self._fallback = Fallback(model, self.config, memory, self._reader.layout)
         self._times, self._x = memory.slices["times"].start, memory.slices["x"].start
 
-    def init(self, prior: GaussianState | None = None) -> WindowState:
+    def start(self, prior: GaussianState | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
         return first_window(self.model, self.config, self._engine.memory, prior)
 
@@ -79,31 +79,40 @@ class MheRti:
         return WindowState(memory), self._reader.estimate(result, Window(times, states))
 
     def batch(
-        self, state: WindowState, time_s: Array, y: Array
+        self,
+        state: WindowState,
+        time_s: Array,
+        y: Array,
+        *,
+        covariances: bool = False,
+        on_progress: Callable[[int], None] | None = None,
     ) -> tuple[WindowState, EstimateHistory]:
-        """Take n measurements in one call; the same as n steps.
+        """Take n measurements in compiled calls; the same as n steps.
 
         Parameters
         ----------
         time_s, y : (n,), (n, n_y), as of `estimation.recording.Recording.stacked`
+        covariances, on_progress : see `estimation.estimator.run`
         """
-        memory, results = self._engine.batch(state.memory, time_s, y)
-        history = self._reader.history(self.name, results)
-        if any(self._fallback.is_needed(status) for status in history.status):
-            return self._batch_by_steps(state, time_s, y)
+        memory, history = self._batches.take(state.memory, time_s, y, covariances, on_progress)
         return WindowState(memory), history
 
-    def _batch_by_steps(
-        self, state: WindowState, time_s: Array, y: Array
-    ) -> tuple[WindowState, EstimateHistory]:
+    def _take(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
+        memory, results = self._engine.batch(given, time_s, y)
+        statuses = map(self._reader.status_of, results)
+        if any(self._fallback.is_needed(status) for status in statuses):
+            return self._take_by_steps(given, time_s, y)
+        return memory, results
+
+    def _take_by_steps(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Take measurements one by one: what one step falls back on, the next begins with."""
-        memory, results = state.memory, []
+        memory, results = given, []
         for t, readings in zip(time_s, y, strict=True):
             memory, result = self._engine.step(memory, float(t), readings)
             if self._fallback.is_needed(self._reader.status_of(result)):
                 memory, result = self._fallback.solve(memory, result)
             results.append(result)
-        return WindowState(memory), self._reader.history(self.name, np.array(results))
+        return memory, np.array(results)
 
     def solve(
         self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
@@ -113,6 +122,11 @@ class MheRti:
         Parameters
         ----------
         guess : the first state and the noises; the states behind follow from them
+
+        Raises
+        ------
+        InputError
+            If there are none, or more than N + 1 measurements.
         """
         layout, count = self._engine.memory, len(measurements)
         if not 1 <= count <= self.config.horizon + 1:
@@ -133,8 +147,89 @@ class MheRti:
         return WindowSolution(found, estimate.state, cost, estimate.status, estimate.iterations)
 
 
-class Mhe(MheRti):
-    """Passes to convergence, with a line search."""
+class MheRti:
+    """Real-time iteration: one Gauss-Newton pass per sample.
+
+    Parameters
+    ----------
+    clock : of `MheRtiConfig.deadline_s`; the machine's own by default
+    """
+
+    name = "mhe-rti"
+
+    def __init__(
+        self,
+        model: StateSpaceModel,
+        config: MheRtiConfig | None = None,
+        *,
+        clock: Clock | None = None,
+    ) -> None:
+        self.model, self.config = model, checked_config(self.name, config, MheRtiConfig)
+        self._loop = WindowLoop(self.name, model, self.config, clock)
+
+    def init(self, prior: GaussianState | None = None) -> WindowState:
+        """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
+        return self._loop.start(prior)
+
+    def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
+        """Slide the window onto the measurement and make one pass."""
+        return self._loop.step(state, measurement)
+
+    def batch(
+        self,
+        state: WindowState,
+        time_s: Array,
+        y: Array,
+        *,
+        covariances: bool = False,
+        on_progress: Callable[[int], None] | None = None,
+    ) -> tuple[WindowState, EstimateHistory]:
+        """Take n measurements in compiled calls; see `WindowLoop.batch`."""
+        return self._loop.batch(state, time_s, y, covariances=covariances, on_progress=on_progress)
+
+
+class Mhe:
+    """Passes to convergence, with a line search.
+
+    Parameters
+    ----------
+    clock : of `MheConfig.deadline_s`; the machine's own by default
+    """
 
     name = "mhe"
-    iterates = True
+
+    def __init__(
+        self,
+        model: StateSpaceModel,
+        config: MheConfig | None = None,
+        *,
+        clock: Clock | None = None,
+    ) -> None:
+        self.model, self.config = model, checked_config(self.name, config, MheConfig)
+        self._loop = WindowLoop(self.name, model, self.config, clock)
+
+    def init(self, prior: GaussianState | None = None) -> WindowState:
+        """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
+        return self._loop.start(prior)
+
+    def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
+        """Slide the window onto the measurement and solve it."""
+        return self._loop.step(state, measurement)
+
+    def batch(
+        self,
+        state: WindowState,
+        time_s: Array,
+        y: Array,
+        *,
+        covariances: bool = False,
+        on_progress: Callable[[int], None] | None = None,
+    ) -> tuple[WindowState, EstimateHistory]:
+        """Take n measurements in compiled calls; see `WindowLoop.batch`."""
+        return self._loop.batch(state, time_s, y, covariances=covariances, on_progress=on_progress)
+
+    def solve(
+        self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
+    ) -> WindowSolution:
+        """Solve one window of at most N + 1 stages from a given start; see `WindowLoop.solve`."""
+        return self._loop.solve(prior, measurements, guess)

@@ -14,7 +14,7 @@ default every pass is a full one.
 from __future__ import annotations
 
 from estimation.symmetry import holds
-from mhe.config import MheConfig
+from mhe.config import RealTimeConfig
 from models.state_space import StateSpaceModel
 
 REUSE_THRESHOLD = 0.5
@@ -28,7 +28,7 @@ STEP_S = 0.01
 """Of the motion along which symmetries are tried."""
 
 
-def reuse_threshold(model: StateSpaceModel, config: MheConfig) -> float:
+def reuse_threshold(model: StateSpaceModel, config: RealTimeConfig) -> float:
     """Return the threshold in standard deviations, 0 where every pass is a full one.
 
     Factors stay only with an arrival cost that eliminates the dropped stage, and with
@@ -36,8 +36,9 @@ def reuse_threshold(model: StateSpaceModel, config: MheConfig) -> float:
     """
     if config.arrival_cost not in ("filtered", "smoothed") or config.has_losses:
         return 0.0
-    if config.reuse_threshold is not None:
-        return config.reuse_threshold
+    threshold = config.scheme.reuse_threshold
+    if threshold is not None:
+        return threshold
     return REUSE_THRESHOLD if sensors_hold_all(model) else 0.0
 
 

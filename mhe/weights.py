@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from estimation.function_call import FunctionCall
 from estimation.kalman_stage import rows_present, without_gaps
-from mhe.config import MheConfig
+from mhe.config import WindowConfig
 from mhe.stage_functions import measure_function, shake_function
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -17,7 +17,7 @@ class Weights:
     standard deviation.
     """
 
-    def __init__(self, model: StateSpaceModel, config: MheConfig) -> None:
+    def __init__(self, model: StateSpaceModel, config: WindowConfig) -> None:
         self._model, self._noise_threshold = model, config.noise_threshold
         self._thresholds = config.thresholds([sensor.name for sensor in model.sensors])
         self._measure = FunctionCall(measure_function(model))

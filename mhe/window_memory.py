@@ -14,7 +14,7 @@ from estimation.layout import Layout
 from estimation.recording import Measurement
 from mhe import constraint_rows
 from mhe.arrival_cost import diffuse
-from mhe.config import MheConfig
+from mhe.config import WindowConfig
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -113,7 +113,7 @@ def packed_window(
 
 
 def first_window(
-    model: StateSpaceModel, config: MheConfig, memory: Layout, prior: GaussianState | None
+    model: StateSpaceModel, config: WindowConfig, memory: Layout, prior: GaussianState | None
 ) -> WindowState:
     """Return the state before the first measurement; a prior of None is the model's."""
     prior = first_state(model, prior)

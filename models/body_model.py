@@ -19,6 +19,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.manifold import additive_manifold, no_inequality
+from models.names import expected_one_of
 from models.sensor_kinds.reading import MovingBody
 from models.sensor_kinds.table import sensor_model
 from models.state_space import StateSpaceModel
@@ -65,7 +66,7 @@ def choose_sensors(
     for name in names:
         if name not in available:
             raise InputError(
-                f"sensor {name} is not in the {of}; expected one of {', '.join(available)}"
+                f"sensor {name} is not in the {of}; {expected_one_of(name, available)}"
             )
     if len(set(names)) < len(names):
         raise InputError(f"sensors {', '.join(names)}: a name appears twice, expected each once")

@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
+from models.names import expected_one_of
 from models.units import accepted_names, split_unit
 
 
@@ -65,4 +66,4 @@ def _unknown_key(key: str, config: type[BaseModel]) -> str:
         stem, unit = split_unit(field)
         if unit and key.startswith(stem + "_"):
             return f"unknown key {key}; expected {' or '.join(accepted_names(field))}"
-    return f"unknown key {key}; expected one of {', '.join(sorted(config.model_fields))}"
+    return f"unknown key {key}; {expected_one_of(key, sorted(config.model_fields))}"

@@ -15,16 +15,14 @@ it runs.
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from models.arrays import Array
 from models.errors import InputError
-
-if TYPE_CHECKING:
-    from models.state_space import StateSpaceModel
 
 LINPROG_INFEASIBLE = 2
 """`scipy.optimize.linprog`'s status for a problem that no point solves."""
@@ -49,8 +47,21 @@ A step has a constant Jacobian too, but it takes a comparison to write one.
 """
 
 
-def feasible(model: StateSpaceModel) -> StateSpaceModel:
-    """Return the model, unless no state meets its bounds and affine inequalities.
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """What a model demands of its states; fields as of `models.state_space.StateSpaceModel`."""
+
+    name: str
+    state_names: tuple[str, ...]
+    lower: Array
+    upper: Array
+    inequality: ca.Function
+    inequality_needs: NDArray[np.bool_]
+    reading_names: tuple[str, ...]
+
+
+def check_feasible(model: Constraints) -> None:
+    """Refuse bounds and affine inequalities of a model that no state meets.
 
     A conflict smaller than HiGHS's tolerance (1e-7, of rows scaled to a largest
     coefficient of 1) passes.
@@ -72,11 +83,10 @@ def feasible(model: StateSpaceModel) -> StateSpaceModel:
         demanded = [row for row in A if not (needs[row] & ~needed).any()]
         if not _is_feasible(A, b, demanded, model.lower, model.upper):
             raise _refusal(model, rows, A, b, demanded)
-    return model
 
 
 def _refusal(
-    model: StateSpaceModel,
+    model: Constraints,
     texts: ca.SX,
     A: dict[int, Array],
     b: dict[int, float],
@@ -110,7 +120,7 @@ def _refusal(
     )
 
 
-def _condition(model: StateSpaceModel, row: int) -> str:
+def _condition(model: Constraints, row: int) -> str:
     """Say which readings make an instant demand a row: `` where there is contact_z``."""
     names = np.array(model.reading_names)[model.inequality_needs[row]]
     return f" where there is {' and '.join(names)}" if len(names) else ""

@@ -14,7 +14,7 @@ from models.arrays import Array
 from models.rotation import about_z
 
 
-def heading_symmetry(n_q: int, n_x: int, centre_m: Array | None = None) -> ca.Function:
+def heading_symmetry(n_q: int, n_x: int, *, centre_m: Array | None = None) -> ca.Function:
     """Return (x (n_x,), angle, rad) -> the same pen seen from another side.
 
     Parameters

@@ -2,36 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from models.errors import InputError
+from models.gaussian import GaussianState
+from models.names import expected_one_of
+from models.sensor_model import SensorModel
 
-if TYPE_CHECKING:
-    from models.state_space import StateSpaceModel
 
+def check_sizes(
+    model: str, sizes: Mapping[str, tuple[int, int]], sensors: Iterable[SensorModel], n_x: int
+) -> None:
+    """Raise `InputError` with the first part whose size does not fit, or a noise of zero.
 
-def check_model(model: StateSpaceModel) -> None:
-    """Raise `InputError` with the first part whose shape or value does not fit."""
-    n_x = model.n_x
-    expected = {
-        "state_units": (len(model.state_units), n_x),
-        "f's state": (model.f.numel_in(0), n_x),
-        "f's step": (model.f.numel_in(2), 1),
-        "f's result": (model.f.numel_out(0), n_x),
-        "prior mean": (model.prior.mean.size, n_x),
-        "prior covariance": (model.prior.covariance.size, n_x * n_x),
-        "lower": (model.lower.size, n_x),
-        "upper": (model.upper.size, n_x),
-        "retract": (model.retract.numel_out(0), n_x),
-        "difference": (model.difference.numel_out(0), n_x),
-        "inequality": (model.inequality.numel_in(0), n_x),
-        "regularity": (model.regularity.numel_out(0), 1),
-    }
-    if model.reach is not None:
-        expected["reach"] = (model.reach.size, n_x)
-    for sensor in model.sensors:
+    Parameters
+    ----------
+    model : its name
+    sizes : part → the entries it has, the entries expected
+    """
+    expected = dict(sizes)
+    for sensor in sensors:
         expected[f"{sensor.name}: h"] = (sensor.h.numel_out(0), sensor.n_y)
         expected[f"{sensor.name}: residual"] = (sensor.residual.numel_out(0), sensor.n_r)
         expected[f"{sensor.name}: h's state"] = (sensor.h.numel_in(0), n_x)
@@ -44,38 +37,66 @@ def check_model(model: StateSpaceModel) -> None:
             expected[f"{sensor.name}: constant_reading"] = (size, sensor.n_y)
         if not (np.isfinite(sensor.noise_std) & (sensor.noise_std > 0)).all():
             raise InputError(
-                f"model {model.name}: noise_std of {sensor.name} is {sensor.noise_std}, "
+                f"model {model}: noise_std of {sensor.name} is {sensor.noise_std}, "
                 "expected positive numbers"
             )
     for what, (size, wanted) in expected.items():
         if size != wanted:
-            raise InputError(f"model {model.name}: {what} has {size} entries, expected {wanted}")
-    if model.conditions is not None:
-        conditions, rows = model.conditions, (int(model.inequality.numel_out(0)), model.n_y)
-        if conditions.shape != rows or conditions.dtype != np.bool_:
-            raise InputError(
-                f"model {model.name}: conditions have shape {conditions.shape} of "
-                f"{conditions.dtype}, expected {rows} of bool: rows of the inequality, readings"
-            )
-    mean, covariance = model.prior.mean, model.prior.covariance
+            raise InputError(f"model {model}: {what} has {size} entries, expected {wanted}")
+
+
+def check_conditions(model: str, conditions: NDArray[np.bool_], rows: tuple[int, int]) -> None:
+    """Raise `InputError` unless conditions are Booleans: rows of the inequality, readings."""
+    if conditions.shape != rows or conditions.dtype != np.bool_:
+        raise InputError(
+            f"model {model}: conditions have shape {conditions.shape} of "
+            f"{conditions.dtype}, expected {rows} of bool: rows of the inequality, readings"
+        )
+
+
+def check_prior(model: str, prior: GaussianState, n_x: int) -> None:
+    """Raise `InputError` unless a prior is finite, symmetric and positive definite."""
+    mean, covariance = prior.mean, prior.covariance
     for what, array, shape in (("mean", mean, (n_x,)), ("covariance", covariance, (n_x, n_x))):
         if array.shape != shape:
             raise InputError(
-                f"model {model.name}: the prior {what} has shape {array.shape}, expected {shape}"
+                f"model {model}: the prior {what} has shape {array.shape}, expected {shape}"
             )
         if not np.isfinite(array).all():
-            raise InputError(
-                f"model {model.name}: the prior {what} has entries that are not finite"
-            )
+            raise InputError(f"model {model}: the prior {what} has entries that are not finite")
     asymmetry = np.abs(covariance - covariance.T)
     if (asymmetry > 1e-9 * np.abs(covariance).max()).any():
-        raise InputError(
-            f"model {model.name}: the prior covariance is not symmetric, expected P = Pᵀ"
-        )
+        raise InputError(f"model {model}: the prior covariance is not symmetric, expected P = Pᵀ")
     try:
         np.linalg.cholesky(covariance)
     except np.linalg.LinAlgError:
         raise InputError(
-            f"model {model.name}: the prior covariance is not positive definite, "
+            f"model {model}: the prior covariance is not positive definite, "
             "expected positive variances and correlations between -1 and 1"
         ) from None
+
+
+def check_bound(
+    model: str, state_names: tuple[str, ...], state: str, bound: tuple[float, float]
+) -> None:
+    """Raise `InputError` unless a bound is on a known state, its lower end below the upper."""
+    low, high = bound
+    if state not in state_names:
+        raise InputError(
+            f"model {model}: bound on unknown state {state}; {expected_one_of(state, state_names)}"
+        )
+    if not low < high:
+        raise InputError(
+            f"model {model}: bound on {state}: lower {low} is not below upper {high}, "
+            "expected lower < upper"
+        )
+
+
+def check_needs(model: str, reading_names: tuple[str, ...], needs: tuple[str, ...]) -> None:
+    """Raise `InputError` unless every reading that an inequality needs is known."""
+    for name in needs:
+        if name not in reading_names:
+            raise InputError(
+                f"model {model}: an inequality needs the unknown reading {name}; "
+                f"{expected_one_of(name, reading_names)}"
+            )

@@ -8,11 +8,9 @@ faster by a factor s it is q(s t), with s q̇ and s² q̈.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from types import MappingProxyType
 from typing import Any
 
@@ -20,10 +18,12 @@ import numpy as np
 from pydantic import ValidationError
 
 from models.arrays import Array
+from models.bundled import motion_rows
 from models.config import UnitConfig
 from models.errors import InputError
 from models.handwriting import Handwriting, handwriting
 from models.minimum_jerk import MinimumJerk, minimum_jerk
+from models.names import expected_one_of, unknown
 from models.random_streams import Seed
 from models.sigma_lognormal import SigmaLognormal, sigma_lognormal
 
@@ -73,14 +73,13 @@ MOTION_KINDS: Mapping[str, MotionKind] = MappingProxyType(
 @cache
 def motions() -> Mapping[str, MotionConfig]:
     """Return the table of motions, ``models/motions.toml``, by name."""
-    text = (resources.files("models") / "motions.toml").read_text("utf-8")
-    return parse_motions(tomllib.loads(text), where="models/motions.toml")
+    return parse_motions(motion_rows(), where="models/motions.toml")
 
 
 def motion_named(name: str) -> MotionConfig:
     """Return a motion of the table by name; raises `InputError` for an unknown one."""
     if name not in motions():
-        raise InputError(f"motion {name} is unknown, expected one of {', '.join(motions())}")
+        raise unknown("motion", name, motions())
     return motions()[name]
 
 
@@ -99,7 +98,7 @@ def _parsed(name: str, row: Any, where: str) -> Any:
     kind = str(row.get("kind")) if isinstance(row, Mapping) else "no table"
     if kind not in MOTION_KINDS:
         raise InputError(
-            f"{where}: motion {name}: kind is {kind}, expected one of {', '.join(MOTION_KINDS)}"
+            f"{where}: motion {name}: kind is {kind}, {expected_one_of(kind, MOTION_KINDS)}"
         )
     try:
         return MOTION_KINDS[kind].config.model_validate(row)
@@ -114,6 +113,7 @@ def _parsed(name: str, row: Any, where: str) -> Any:
 def sample_motion(
     motion: str | MotionConfig,
     time_s: Array,
+    *,
     seed: Seed = 0,
     speed: float = 1.0,
 ) -> Motion:

@@ -59,6 +59,7 @@ def above_paper(model: StateSpaceModel, paper: Paper) -> StateSpaceModel:
 def check_paper(
     paper: Paper | None,
     bounds: Mapping[str, tuple[float, float]] = MappingProxyType({}),
+    *,
     sensors: Mapping[str, Any] = MappingProxyType({}),
     **_: Any,
 ) -> None:

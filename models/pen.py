@@ -82,6 +82,8 @@ class Prior(UnitConfig):
 class PenConfig(UnitConfig):
     """A pen with its sensors, as written in a pen file.
 
+    A file may say ``pen_mhe_version`` besides, see `models.pen_file`.
+
     Parameters
     ----------
     name : for people
@@ -153,7 +155,7 @@ def moving_pen(config: PenConfig, q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX) -> Movi
 
 
 def pen_model(
-    config: PenConfig, sensors: Iterable[str] | None = None, writing_area: bool = True
+    config: PenConfig, sensors: Iterable[str] | None = None, *, writing_area: bool = True
 ) -> StateSpaceModel:
     """Build the state-space model of a pen with some or all of its sensors.
 
@@ -178,7 +180,7 @@ def pen_model(
     name = f"{config.name}, {n_q} degrees of freedom"
     model = body_model(name, _kinematics(config, q, q_dot, q_ddot), body, chosen)
     model = model.replace(
-        symmetries=(heading_symmetry(n_q, model.n_x, _centre(chosen.values())),),
+        symmetries=(heading_symmetry(n_q, model.n_x, centre_m=_centre(chosen.values())),),
         reach=np.array([config.reach_m] * 3 + [np.inf] * (model.n_x - 3)),
     )
     model = model.bounded(**config.bounds)

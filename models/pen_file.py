@@ -1,23 +1,32 @@
-"""Pens as TOML files, and the presets that the sensors of any file may name."""
+"""Pens as TOML files, and the presets that the sensors of any file may name.
+
+A file may say with which version of pen-mhe it was written: ``pen_mhe_version = "0.2"`` at its
+top. One of a later series (0.3 for 0.2, 2 for 1) is refused in a sentence before its keys are
+read; without the key a file is taken as one of the version that runs.
+"""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from models.bundled import bundled_pens as bundled_pens  # people look for it here
 from models.config import UnitConfig
 from models.errors import InputError
+from models.names import did_you_mean, expected_one_of
 from models.pen import PenConfig
 from models.sensor_kinds.table import SENSOR_KINDS
+from models.version import VERSION_KEY, check_version
 
 ConfigT = TypeVar("ConfigT", bound=UnitConfig)
+
+AnyPen = PenConfig | str | Path
+"""A pen, the name of a bundled one, or the path of a pen file."""
 
 
 @cache
@@ -28,18 +37,6 @@ def _preset_table() -> dict[str, dict[str, Any]]:
 def presets() -> dict[str, dict[str, Any]]:
     """Return the sensor presets by name: keys of a sensor in a pen file, and ``source``."""
     return {name: dict(values) for name, values in _preset_table().items()}
-
-
-def load_pen(path: str | Path) -> PenConfig:
-    """Read and validate a pen file.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, is not TOML, or a key or value in it is wrong;
-        the message names the file, the key and what was expected.
-    """
-    return load_config(path, PenConfig, "pen file")
 
 
 def parse_pen(data: dict[str, Any], where: str = "pen") -> PenConfig:
@@ -54,6 +51,11 @@ def load_config(path: str | Path, config: type[ConfigT], what: str) -> ConfigT:
     ----------
     config : what to make of it; its sensors may name presets
     what : kind of the file, for messages: ``pen file``
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is not TOML, or a key or value in it is wrong.
     """
     path = Path(path)
     try:
@@ -69,7 +71,16 @@ def load_config(path: str | Path, config: type[ConfigT], what: str) -> ConfigT:
 
 
 def parse_config(data: dict[str, Any], config: type[ConfigT], where: str) -> ConfigT:
-    """Validate something with sensors given as nested dictionaries, presets resolved."""
+    """Validate something with sensors given as nested dictionaries, presets resolved.
+
+    Raises
+    ------
+    InputError
+        If a key or value is wrong; the message names it.
+    """
+    if VERSION_KEY in data:
+        check_version(data[VERSION_KEY], f"{where}: key {VERSION_KEY}")
+        data = {key: value for key, value in data.items() if key != VERSION_KEY}
     sensors = data.get("sensors", {})
     if not isinstance(sensors, dict):
         raise InputError(f"{where}: key sensors: expected a table of sensors")
@@ -87,7 +98,7 @@ def _with_preset(name: str, sensor: Any, where: str) -> Any:
     if not isinstance(preset_name, str) or preset_name not in _preset_table():
         raise InputError(
             f"{where}: key sensors.{name}.preset: unknown preset {preset_name}; "
-            f"expected one of {', '.join(_preset_table())}"
+            f"{expected_one_of(preset_name, _preset_table())}"
         )
     preset = dict(_preset_table()[preset_name])
     preset.pop("source")
@@ -110,25 +121,33 @@ def _one_sentence(error: ValidationError, where: str) -> str:
     if first["type"] == "union_tag_not_found":
         keys.append("kind")
         message = f"is missing, expected one of {', '.join(SENSOR_KINDS)}"
+    if first["type"] == "union_tag_invalid":
+        message += did_you_mean(first["input"]["kind"], SENSOR_KINDS)
     more = error.error_count() - 1
     rest = f" (and {more} more)" if more else ""
     return f"{where}: key {'.'.join(keys) or '(top level)'}: {message}{rest}"
 
 
-@cache
-def bundled_pens() -> Mapping[str, Path]:
-    """Return the pen files that come with the package, by name."""
-    folder = Path(str(resources.files("models"))) / "pens"
-    return MappingProxyType({path.stem: path for path in sorted(folder.glob("*.toml"))})
+def load_pen(pen: str | Path) -> PenConfig:
+    """Read and validate a pen file, or a bundled pen by its name.
 
-
-def find_pen(pen: str | Path) -> PenConfig:
-    """Load a pen file, or a bundled pen by its name."""
-    if str(pen) in bundled_pens() and not Path(pen).is_file():
-        return load_pen(bundled_pens()[str(pen)])
-    if not Path(pen).exists():
+    Raises
+    ------
+    InputError
+        If the file is missing, is not TOML, or a key or value in it is wrong;
+        the message names the file, the key and what was expected.
+    """
+    path = Path(pen)
+    if str(pen) in bundled_pens() and not path.is_file():
+        path = bundled_pens()[str(pen)]
+    elif not path.exists():
         raise InputError(
             f"pen file {pen} does not exist; expected a file, "
-            f"or a bundled pen: {', '.join(bundled_pens())}"
+            f"or a bundled pen: {', '.join(bundled_pens())}{did_you_mean(pen, bundled_pens())}"
         )
-    return load_pen(pen)
+    return load_config(path, PenConfig, "pen file")
+
+
+def as_pen(pen: AnyPen) -> PenConfig:
+    """Return a pen as it is, or load it."""
+    return pen if isinstance(pen, PenConfig) else load_pen(pen)

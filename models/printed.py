@@ -61,7 +61,7 @@ def transition(dt: ca.SX, block: int = PRINTED_BLOCK) -> ca.SX:
     )
 
 
-def next_state(x: ca.SX, v: ca.SX, dt: ca.SX, block: int = PRINTED_BLOCK) -> ca.SX:
+def next_state(x: ca.SX, v: ca.SX, dt: ca.SX, *, block: int = PRINTED_BLOCK) -> ca.SX:
     """Return x_k of (2) from x_{k-1} and v_{k-1}, all (3 block,)."""
     return transition(dt, block) @ x + v
 
@@ -179,6 +179,7 @@ class PrintedBody:
 def check_printed_pen(
     errors: tuple[PrintedError, ...],
     degrees_of_freedom: int = 5,
+    *,
     fixed_spin_rad: float = 0.0,
     sensors: Mapping[str, Any] = MappingProxyType({}),
     **_: Any,

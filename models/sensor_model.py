@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.arrays import Array
+from models.units import TIME_DIGITS
 
 SATURATED_FRACTION = 0.999
 """A reading beyond this part of the range counts as being at its limit."""
@@ -92,6 +93,15 @@ class SensorModel:
         if self.reading_limit is None:
             return float("inf")
         return min(SATURATED_FRACTION * self.reading_limit, self.reading_limit - self.resolution)
+
+    def first_of_each_period(self, time_s: Array) -> NDArray[np.bool_]:
+        """Return the instants (n,) that are the first in their period; all without a rate."""
+        if self.rate_hz is None:
+            return np.ones(len(time_s), dtype=bool)
+        # Seconds since 1970 resolve no nanoseconds.
+        resolution = max(0.5 * 10**-TIME_DIGITS, 2 * float(np.spacing(np.abs(time_s).max())))
+        period = np.floor((time_s - time_s[0] + resolution) * self.rate_hz)
+        return np.diff(period, prepend=-1.0) > 0
 
     @cached_property
     def row_needs(self) -> NDArray[np.bool_]:

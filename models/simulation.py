@@ -115,6 +115,7 @@ def true_states(
     model: StateSpaceModel,
     motion: Motion,
     seed: Seed,
+    *,
     times: Mapping[str, Array] | None = None,
 ) -> Array:
     """Return the states (n, n_x) of a pen along a motion, with biases as `states_along`.

@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 
 from models.arrays import Array
 from models.errors import InputError
-from models.feasibility import feasible
+from models.feasibility import Constraints, check_feasible
 from models.gaussian import GaussianState
-from models.model_checks import check_model
-from models.sensor_model import SensorModel, noise_text
+from models.model_checks import check_bound, check_conditions, check_needs, check_prior, check_sizes
+from models.model_text import model_html, model_text
+from models.names import did_you_mean
+from models.sensor_model import SensorModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,28 @@ class StateSpaceModel:
     conditions: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
-        check_model(self)
+        n_x = self.n_x
+        sizes = {
+            "state_units": (len(self.state_units), n_x),
+            "f's state": (self.f.numel_in(0), n_x),
+            "f's step": (self.f.numel_in(2), 1),
+            "f's result": (self.f.numel_out(0), n_x),
+            "prior mean": (self.prior.mean.size, n_x),
+            "prior covariance": (self.prior.covariance.size, n_x * n_x),
+            "lower": (self.lower.size, n_x),
+            "upper": (self.upper.size, n_x),
+            "retract": (self.retract.numel_out(0), n_x),
+            "difference": (self.difference.numel_out(0), n_x),
+            "inequality": (self.inequality.numel_in(0), n_x),
+            "regularity": (self.regularity.numel_out(0), 1),
+        }
+        if self.reach is not None:
+            sizes["reach"] = (self.reach.size, n_x)
+        check_sizes(self.name, sizes, self.sensors, n_x)
+        if self.conditions is not None:
+            rows = (int(self.inequality.numel_out(0)), self.n_y)
+            check_conditions(self.name, self.conditions, rows)
+        check_prior(self.name, self.prior, n_x)
 
     @property
     def n_x(self) -> int:
@@ -139,11 +162,20 @@ class StateSpaceModel:
         for sensor in self.sensors:
             if sensor.name == name:
                 return sensor
-        known = ", ".join(sensor.name for sensor in self.sensors)
-        raise InputError(f"sensor {name} is not part of the model {self.name}; expected {known}")
+        known = [sensor.name for sensor in self.sensors]
+        raise InputError(
+            f"sensor {name} is not part of the model {self.name}; "
+            f"expected {', '.join(known)}{did_you_mean(name, known)}"
+        )
 
     def stack(self, readings: Mapping[str, Array]) -> Array:
-        """Stack readings by sensor name into y (n_y,), NaN where there is none."""
+        """Stack readings by sensor name into y (n_y,), NaN where there is none.
+
+        Raises
+        ------
+        InputError
+            If a reading has another shape.
+        """
         parts = []
         for sensor in self.sensors:
             value = np.asarray(readings.get(sensor.name, np.full(sensor.n_y, np.nan)), dtype=float)
@@ -159,22 +191,19 @@ class StateSpaceModel:
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
 
     def bounded(self, **bounds: tuple[float, float]) -> StateSpaceModel:
-        """Return a copy with (lower, upper) bounds on states given by name."""
+        """Return a copy with (lower, upper) bounds on states given by name.
+
+        Raises
+        ------
+        InputError
+            If a state is unknown, a bound is empty, or no state meets them all.
+        """
         lower, upper = self.lower.copy(), self.upper.copy()
         for state, (low, high) in bounds.items():
-            if state not in self.state_names:
-                raise InputError(
-                    f"model {self.name}: bound on unknown state {state}; "
-                    f"expected one of {', '.join(self.state_names)}"
-                )
-            if not low < high:
-                raise InputError(
-                    f"model {self.name}: bound on {state}: lower {low} is not below upper {high}, "
-                    "expected lower < upper"
-                )
+            check_bound(self.name, self.state_names, state, (low, high))
             index = self.state_names.index(state)
             lower[index], upper[index] = low, high
-        return feasible(self.replace(lower=lower, upper=upper))
+        return self.replace(lower=lower, upper=upper)._feasible()
 
     def constrained(
         self, inequality: Callable[[ca.SX], ca.SX], needs: Iterable[str] | None = None
@@ -197,47 +226,24 @@ class StateSpaceModel:
         added = ca.vertcat(inequality(x))
         rows = ca.vertcat(self.inequality(x), added)
         g = ca.Function("inequality", [x], [rows], ["x"], ["g"])
-        needed = self._needed(needs)
-        conditions = self.conditions
+        names = (needs,) if isinstance(needs, str) else tuple(needs or ())
+        check_needs(self.name, self.reading_names, names)
+        needed, conditions = np.isin(self.reading_names, names), self.conditions
         if conditions is not None or needed.any():
             of_added = np.tile(needed, (added.numel(), 1))
             conditions = np.vstack([self.inequality_needs, of_added])
-        return feasible(self.replace(inequality=g, conditions=conditions))
+        return self.replace(inequality=g, conditions=conditions)._feasible()
 
-    def _needed(self, readings: Iterable[str] | None) -> NDArray[np.bool_]:
-        """Return (n_y,) which of the stacked readings are named; none for None."""
-        names = (readings,) if isinstance(readings, str) else tuple(readings or ())
-        for name in names:
-            if name not in self.reading_names:
-                raise InputError(
-                    f"model {self.name}: an inequality needs the unknown reading {name}; "
-                    f"expected one of {', '.join(self.reading_names)}"
-                )
-        return np.isin(self.reading_names, names)
+    def _feasible(self) -> StateSpaceModel:
+        """Return the model, unless no state meets its constraints."""
+        own = {field: getattr(self, field) for field in Constraints.__annotations__}
+        check_feasible(Constraints(**own))
+        return self
 
     def __repr__(self) -> str:
-        lines = [f"StateSpaceModel {self.name}: {self.n_x} states, {self.n_w} noises"]
-        for name, mean, std in zip(self.state_names, self.prior.mean, self.prior.std, strict=True):
-            lines.append(f"  {name:32s} prior {mean:10.4g} ± {std:.4g}")
-        for sensor in self.sensors:
-            rate = f"{sensor.rate_hz:g} Hz" if sensor.rate_hz else "as recorded"
-            noise = noise_text(sensor)
-            lines.append(f"  {sensor.name} ({sensor.kind}, {rate}): noise {noise}")
-        return "\n".join(lines)
+        title = f"StateSpaceModel {self.name}: {self.n_x} states, {self.n_w} noises"
+        return model_text(title, self.state_names, self.prior, self.sensors)
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><td>{name}</td><td>{unit}</td><td>{mean:.4g} ± {std:.4g}</td></tr>"
-            for name, unit, mean, std in zip(
-                self.state_names, self.state_units, self.prior.mean, self.prior.std, strict=True
-            )
-        )
-        sensors = "".join(
-            f"<tr><td>{sensor.name}</td><td>{sensor.kind}</td><td>{noise_text(sensor)}</td></tr>"
-            for sensor in self.sensors
-        )
-        return (
-            f"<b>{self.name}</b><table><tr><th>state</th><th>unit</th><th>prior</th></tr>{rows}"
-            f"</table><table><tr><th>sensor</th><th>kind</th><th>noise (std)</th></tr>{sensors}"
-            "</table>"
-        )
+        states = dict(zip(self.state_names, self.state_units, strict=True))
+        return model_html(self.name, states, self.prior, self.sensors)

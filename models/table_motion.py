@@ -63,7 +63,13 @@ class TableMotion(UnitConfig):
 
 @cache
 def table_motions() -> Mapping[str, TableMotion]:
-    """Return the strokes of ``models/turntables/strokes.toml`` by name."""
+    """Return the strokes of ``models/turntables/strokes.toml`` by name.
+
+    Raises
+    ------
+    InputError
+        If a stroke of the file is wrong.
+    """
     text = (resources.files("models") / "turntables" / "strokes.toml").read_text("utf-8")
     found = {}
     for name, row in tomllib.loads(text).items():

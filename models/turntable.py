@@ -160,7 +160,7 @@ def mirror(state: Array) -> Array:
 
 
 def turntable_model(
-    config: TurntableConfig, sensors: Iterable[str] | None = None
+    config: TurntableConfig | None = None, sensors: Iterable[str] | None = None
 ) -> StateSpaceModel:
     """Build the state-space model of a turntable with some or all of its sensors.
 
@@ -169,7 +169,7 @@ def turntable_model(
 
     Parameters
     ----------
-    config : the turntable
+    config : the turntable; None takes `paper_turntable`
     sensors : names from the turntable file, in the order to stack them; None takes all
 
     Raises
@@ -177,6 +177,7 @@ def turntable_model(
     InputError
         If a sensor is unknown or named twice; the message lists the known names.
     """
+    config = config or paper_turntable()
     chosen = choose_sensors(config.sensors, sensors, config.name)
     q, q_dot = ca.SX.sym("q", 2), ca.SX.sym("q_dot", 2)
     origin, no_acceleration = ca.SX.zeros(3), ca.SX.zeros(2)

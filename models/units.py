@@ -59,6 +59,21 @@ def readable_unit(unit: str) -> str:
     return f"{stem}/{per.replace('2', '²')}" if per in ("s", "s2") else unit
 
 
+def shown(name: str) -> tuple[str, str, float]:
+    """Return how to show a quantity: its words, its unit, and the factor from SI to that unit.
+
+    ``azimuth_rate_rad_s`` → ``("azimuth rate", "°/s", 180 / π)``: angles are in degrees.
+    """
+    stem, unit = split_unit(name)
+    is_angle = unit.partition("_")[0] == "rad"
+    readable = readable_unit(unit)
+    return (
+        stem.replace("_", " "),
+        readable.replace("rad", "°", 1) if is_angle else readable,
+        1 / _DEG if is_angle else 1.0,
+    )
+
+
 def accepted_names(si_name: str) -> Mapping[str, float]:
     """Return every accepted spelling of an SI name, with its factor to SI.
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 
@@ -43,18 +45,30 @@ def state_errors(model: StateSpaceModel, history: EstimateHistory, truth: Truth)
     InputError
         If an estimate's instant is not among the truth's.
     """
-    states = truth.states(model.state_names, history.time_s)
-    # One call for all instants: CasADi takes a column for each.
-    return np.asarray(model.difference(history.mean.T, states.T).full().T)
+    return replace(history, difference=model.difference).errors(truth)
+
+
+class Named(Protocol):
+    """What names its states: a model, or a history."""
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """(n_x,)"""
 
 
 def root_mean_square(
-    model: StateSpaceModel, errors: Array, columns: Mapping[str, tuple[tuple[str, ...], float]]
+    model: Named, errors: Array, columns: Mapping[str, tuple[tuple[str, ...], float]]
 ) -> dict[str, float]:
     """Return the RMS error per column; the norm over its states where it has several.
 
     Instants without truth do not count; a column none of whose states the model
     has, or without any truth, is left out.
+
+    Parameters
+    ----------
+    model : names the columns of `errors`
+    errors : (n, n_x)
+    columns : as `ERROR_COLUMNS`
     """
     result = {}
     for column, (states, factor) in columns.items():
@@ -65,6 +79,26 @@ def root_mean_square(
             if len(known):
                 result[column] = float(np.sqrt(known.mean()) * factor)
     return result
+
+
+def rms_errors(
+    model: StateSpaceModel, history: EstimateHistory, truth: Truth, *, after_s: float = 0.0
+) -> dict[str, float]:
+    """Return the RMS error per column of `ERROR_COLUMNS` that the model and the truth have.
+
+    Parameters
+    ----------
+    after_s : from the first estimate on, s: what comes earlier does not count
+
+    Raises
+    ------
+    InputError
+        If an estimate's instant is not among the truth's.
+    """
+    errors = state_errors(model, history, truth)
+    return root_mean_square(
+        model, errors[history.time_s >= history.time_s[0] + after_s], ERROR_COLUMNS
+    )
 
 
 def seen_only(

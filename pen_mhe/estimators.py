@@ -1,77 +1,121 @@
-"""The tables that benchmark, command line and contract tests share.
+"""The table of estimators that benchmark, command line and contract tests share.
 
-An estimator or a sensor configuration exists for all of them once it has a row here.
+An estimator exists for all of them once it has a row here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
 from ekf_baseline.ekf import Ekf, EkfConfig
 from estimation.estimator import Estimator
-from mhe.config import MheConfig
+from estimation.settings import config_of, setting_names
+from mhe.config import MheConfig, MheIpoptConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.reference.ipopt import MheIpopt
 from models.errors import InputError
+from models.names import unknown
 from models.state_space import StateSpaceModel
 
 SPARSE_NOISE = 1.0
 """Threshold of Huber's loss of ``mhe-sparse``: noise within its standard deviation is Gaussian."""
 
 
-@dataclass(frozen=True)
-class EstimatorSettings:
-    """Settings of every estimator; each reads its own.
+@dataclass(frozen=True, kw_only=True)
+class EstimatorRow:
+    """What everything that asks of estimators knows of one; a new question is a column.
 
     Parameters
     ----------
-    ekf : settings of ``ekf``
-    mhe : settings of ``mhe-ipopt``, ``mhe-rti``, ``mhe`` and (but for its loss) ``mhe-sparse``
+    make : what builds it of a model and its config
+    config : the class of its settings; what has no field there is refused
+    defaults : settings that it has unless others are given, where not the config's own
+    is_least_squares : whether it then weighs everything by least squares: on a linear model
+        all such are one
+    in_benchmark : whether the benchmark compares it by default
     """
 
-    ekf: EkfConfig = field(default_factory=EkfConfig)
-    mhe: MheConfig = field(default_factory=MheConfig)
-
-    @property
-    def sparse(self) -> MheConfig:
-        """Settings of ``mhe-sparse``: as of ``mhe``, with Huber's loss on the process noise."""
-        if self.mhe.sparse_noise is not None:
-            return self.mhe
-        return replace(self.mhe, sparse_noise=SPARSE_NOISE)
+    make: Callable[[StateSpaceModel, Any], Estimator[Any]]
+    config: type[Any]
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+    is_least_squares: bool = True
+    in_benchmark: bool = True
 
 
-ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, EstimatorSettings], Estimator[Any]]] = (
-    MappingProxyType(
-        {
-            "ekf": lambda model, settings: Ekf(model, settings.ekf),
-            "mhe-ipopt": lambda model, settings: MheIpopt(model, settings.mhe),
-            "mhe-rti": lambda model, settings: MheRti(model, settings.mhe),
-            "mhe": lambda model, settings: Mhe(model, settings.mhe),
-            "mhe-sparse": lambda model, settings: Mhe(model, settings.sparse),
-        }
-    )
+ESTIMATORS: Mapping[str, EstimatorRow] = MappingProxyType(
+    {
+        "ekf": EstimatorRow(make=Ekf, config=EkfConfig),
+        "mhe-ipopt": EstimatorRow(make=MheIpopt, config=MheIpoptConfig, in_benchmark=False),
+        "mhe-rti": EstimatorRow(make=MheRti, config=MheRtiConfig),
+        "mhe": EstimatorRow(make=Mhe, config=MheConfig),
+        "mhe-sparse": EstimatorRow(
+            make=Mhe,
+            config=MheConfig,
+            defaults={"sparse_noise": SPARSE_NOISE},
+            is_least_squares=False,
+            in_benchmark=False,
+        ),
+    }
 )
-"""Estimator name → constructor."""
+"""Estimator name → its row."""
 
-LEAST_SQUARES = tuple(name for name in ESTIMATORS if name != "mhe-sparse")
+LEAST_SQUARES = tuple(name for name, row in ESTIMATORS.items() if row.is_least_squares)
 """The estimators that weigh everything by least squares: on a linear model all are one."""
 
-
-DEFAULT_ESTIMATOR = "mhe"
+DEFAULT_ESTIMATOR = Mhe.name
 
 
 def check_estimator(name: str) -> None:
     """Raise `InputError` unless an estimator has this name."""
     if name not in ESTIMATORS:
-        raise InputError(f"estimator {name} is unknown, expected one of {', '.join(ESTIMATORS)}")
+        raise unknown("estimator", name, ESTIMATORS)
 
 
-def create_estimator(
-    name: str, model: StateSpaceModel, settings: EstimatorSettings | None = None
-) -> Estimator[Any]:
-    """Build an estimator by name; raises `InputError` for an unknown one."""
+def configs() -> Mapping[str, type[Any]]:
+    """Return estimator name → config class."""
+    return {name: row.config for name, row in ESTIMATORS.items()}
+
+
+def settings_of(name: str) -> tuple[str, ...]:
+    """Return the settings that an estimator reads; raises `InputError` for an unknown one."""
     check_estimator(name)
-    return ESTIMATORS[name](model, settings or EstimatorSettings())
+    return setting_names(ESTIMATORS[name].config)
+
+
+def settings_read(name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what an estimator reads of settings that several are given.
+
+    Raises
+    ------
+    InputError
+        If no estimator has the name, or a setting is read by none at all.
+    """
+    own = settings_of(name)
+    known = {each for config in configs().values() for each in setting_names(config)}
+    for each in settings:
+        if each not in known:
+            raise InputError(
+                f"setting {each} is read by no estimator, expected one of "
+                f"{', '.join(sorted(known))}"
+            )
+    return {each: value for each, value in settings.items() if each in own}
+
+
+def create_estimator(name: str, model: StateSpaceModel, **settings: Any) -> Estimator[Any]:
+    """Build an estimator by name.
+
+    Parameters
+    ----------
+    settings : of `settings_of`, by keyword; the rest takes its defaults
+
+    Raises
+    ------
+    InputError
+        If no estimator has the name, it does not read a setting, or a value is not allowed.
+    """
+    check_estimator(name)
+    row = ESTIMATORS[name]
+    return row.make(model, config_of(name, configs(), {**row.defaults, **settings}))

@@ -5,15 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from estimation.estimate import EstimateHistory
+from estimation.history_plot import new_figure
 from estimation.recording import Truth
 from recordings.ink import InkMatch
 
@@ -30,11 +28,11 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def estimate_figure(
-    history: EstimateHistory, ink: InkMatch | None = None, truth: Truth | None = None
+    history: EstimateHistory, ink: InkMatch | None = None, *, truth: Truth | None = None
 ) -> Figure:
     """Draw the tip's path (over the ink, where there is a scan), the angles and the step times."""
     angles = [pair for pair in ANGLES if pair[0] in history.state_names]
-    figure = plt.figure(figsize=(11, 6.5), layout="constrained")
+    figure = new_figure(11, 6.5)
     grid = figure.add_gridspec(len(angles) + 1, 2, width_ratios=(3, 2))
     path = figure.add_subplot(grid[:, 0])
     _draw_path(path, history, ink, truth)

@@ -70,6 +70,11 @@ def ink_points_mm(scan: str | Path) -> Array:
 
     Pixels at or below the Otsu threshold, without those farther from the
     median point than twice the median distance.
+
+    Raises
+    ------
+    InputError
+        If the file is no image, or has no resolution.
     """
     from PIL import Image
 
@@ -94,6 +99,11 @@ def written_path_mm(tip_xy_m: Array, pressed: Array) -> Array:
     ----------
     tip_xy_m : (n, 2) tip at the IMU samples
     pressed : (n,) 1 where the pen presses, 0 where not
+
+    Raises
+    ------
+    InputError
+        If the path is too short.
     """
     inner = slice(TRIMMED_SAMPLES, len(tip_xy_m) - TRIMMED_SAMPLES)
     xy, pressed = tip_xy_m[inner] * 1e3, np.asarray(pressed, dtype=float)[inner]

@@ -68,7 +68,7 @@ class Evidence:
 
 
 def check_units(
-    recording: Recording, pen: PenConfig, read_as: Mapping[str, str] | None = None
+    recording: Recording, pen: PenConfig, *, read_as: Mapping[str, str] | None = None
 ) -> None:
     """Refuse a recording whose readings only make sense in another unit.
 

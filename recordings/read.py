@@ -1,27 +1,33 @@
-"""Any recording that the command line takes: a D-POINT folder, CSV or Parquet."""
+"""Any recording that the command line takes, of any of the formats."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
 
+from estimation.recording import Recording
 from models.errors import InputError
-from models.pen import PenConfig
-from recordings.formats.columns import column_units
-from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE, is_dpoint_folder
-from recordings.formats.tables import read_table, recording_from_table
-from recordings.plausible_units import check_units
-from recordings.written import WrittenRecording, load_dpoint
+from models.pen_file import AnyPen, as_pen
+from recordings.formats.table import FORMATS, format_names, format_of
+from recordings.written import WrittenRecording
 
 
-def load_recording(
-    path: Path, pen: PenConfig, units: Mapping[str, str] | None = None
+def read_recording(
+    path: str | Path, pen: AnyPen, *, units: Mapping[str, str] | None = None
+) -> Recording:
+    """Read a recording of a pen's sensors; see `read_written`, which brings its ink too."""
+    return read_written(path, pen, units=units).recording
+
+
+def read_written(
+    path: str | Path, pen: AnyPen, *, units: Mapping[str, str] | None = None
 ) -> WrittenRecording:
-    """Read a recording of a pen's sensors.
+    """Read a recording of a pen's sensors with the ink that it left.
 
     Parameters
     ----------
-    path : a D-POINT folder, or a CSV or Parquet file
+    path : of one of `recordings.formats.table.FORMATS`
+    pen : a pen, the name of a bundled one, or the path of a pen file
     units : sensor name → unit, for tables whose headers have none
 
     Raises
@@ -30,26 +36,17 @@ def load_recording(
         If it does not exist, does not fit the pen, has a single sample, or only
         makes sense in other units; see `recordings.plausible_units`.
     """
+    path, config = Path(path), as_pen(pen)
     if not path.exists():
+        raise InputError(f"recording {path} does not exist, expected {format_names()}")
+    row = format_of(path)
+    if row is None:
+        suffixes_first = sorted(FORMATS, key=lambda row: not row.name.startswith("."))
         raise InputError(
-            f"recording {path} does not exist, expected a D-POINT folder, .csv or .parquet"
+            f"recording {path}: suffix {path.suffix or '(none)'} is unknown, "
+            f"expected {format_names(suffixes_first)}"
         )
-    if path.is_dir():
-        if not is_dpoint_folder(path):
-            raise InputError(
-                f"recording {path} is a folder without D-POINT's files, expected "
-                f"{STYLUS_FILE} and {CAMERA_FILE}"
-            )
-        if units:
-            raise InputError(
-                f"recording {path}: units are given for a D-POINT folder, expected none: its are SI"
-            )
-        loaded = load_dpoint(path, pen)
-    else:
-        table = read_table(path)
-        recording = recording_from_table(table, pen, str(path), units)
-        check_units(recording, pen, column_units(table.columns, pen, units))
-        loaded = WrittenRecording(recording)
+    loaded = row.read(path, config, units=units)
     if len(loaded.recording.time_s) < 2:
         raise InputError(f"recording {path} has a single sample, expected at least two")
     return loaded

@@ -10,8 +10,10 @@ import numpy as np
 from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
-from models.motions import MotionConfig, motions, sample_motion
+from models.motions import MotionConfig, sample_motion
+from models.names import expected_one_of, unknown
 from models.pen import PenConfig, pen_model
+from models.pen_file import AnyPen, as_pen
 from models.random_streams import seed_sequence, stream
 from models.simulation import (
     arrival_times,
@@ -22,15 +24,10 @@ from models.simulation import (
     union_of_times,
 )
 from models.state_space import StateSpaceModel
+from recordings.motion_list import DRAWN as DRAWN  # both are looked for here, too
+from recordings.motion_list import motion_names as motion_names
 
 Stamps = Literal["capture", "arrival"]
-DRAWN = "model"
-"""Name of the motion that is drawn from the pen's own prior and process noise."""
-
-
-def motion_names() -> tuple[str, ...]:
-    """Return the names that `simulate_recording` knows: the table's motions, and `DRAWN`."""
-    return (*motions(), DRAWN)
 
 
 def sensors_with_a_rate(pen: PenConfig) -> tuple[str, ...]:
@@ -38,9 +35,10 @@ def sensors_with_a_rate(pen: PenConfig) -> tuple[str, ...]:
     return tuple(name for name, sensor in pen.sensors.items() if sensor.rate_hz is not None)
 
 
-def simulate_recording(
-    pen: PenConfig,
+def simulate(
+    pen: AnyPen = "reference",
     sensors: Iterable[str] | None = None,
+    *,
     motion: str | MotionConfig = "turn",
     duration_s: float = 3.0,
     seed: int = 0,
@@ -54,7 +52,7 @@ def simulate_recording(
 
     Parameters
     ----------
-    pen : the pen
+    pen : a pen, the name of a bundled one, or the path of a pen file
     sensors : names of its sensors; None takes all that have a rate
     motion : a name of `motion_names`, or a configuration of one's own
     duration_s : s
@@ -69,27 +67,32 @@ def simulate_recording(
         If a name is unknown, a sensor has no rate, or a number makes no sense.
     """
     if isinstance(motion, str) and motion not in motion_names():
-        raise InputError(f"motion {motion} is unknown, expected one of {', '.join(motion_names())}")
-    model = pen_model(pen, sensors_with_a_rate(pen) if sensors is None else sensors)
+        raise unknown("motion", motion, motion_names())
+    config = as_pen(pen)
+    model = pen_model(config, sensors_with_a_rate(config) if sensors is None else sensors)
     if motion == DRAWN:
         if speed != 1:
             raise InputError(f"speed is {speed} for the motion {DRAWN}, expected 1: it has its own")
-        return simulate_model(model, duration_s, seed, stamps)
+        return simulate_model(model, duration_s=duration_s, seed=seed, stamps=stamps)
 
     def truth(time_s: Array, captured: Mapping[str, Array], root: np.random.SeedSequence) -> Array:
-        played = sample_motion(motion, time_s, stream(root, "motion"), speed)
-        return true_states(model, played, root, captured)
+        played = sample_motion(motion, time_s, seed=stream(root, "motion"), speed=speed)
+        return true_states(model, played, root, times=captured)
 
     name = motion if isinstance(motion, str) else motion.kind
     return _record(name, model, truth, duration_s, seed, stamps)
 
 
 def simulate_model(
-    model: StateSpaceModel, duration_s: float, seed: int = 0, stamps: Stamps | str = "capture"
+    model: StateSpaceModel,
+    *,
+    duration_s: float = 3.0,
+    seed: int = 0,
+    stamps: Stamps | str = "capture",
 ) -> Recording:
     """Simulate any model's sensors along a truth drawn from its own prior and process noise.
 
-    Parameters and errors as for `simulate_recording`.
+    Parameters and errors as for `simulate`.
     """
 
     def truth(time_s: Array, captured: Mapping[str, Array], root: np.random.SeedSequence) -> Array:
@@ -107,7 +110,7 @@ def _record(
     stamps: Stamps | str,
 ) -> Recording:
     if stamps not in get_args(Stamps):
-        raise InputError(f"stamps is {stamps}, expected one of {', '.join(get_args(Stamps))}")
+        raise InputError(f"stamps is {stamps}, {expected_one_of(stamps, get_args(Stamps))}")
     captured = sample_times(model, duration_s)
     stamped = arrival_times(model, captured) if stamps == "arrival" else captured
     time_s, root = union_of_times(captured, stamped), seed_sequence(seed)
@@ -116,5 +119,5 @@ def _record(
     return Recording.from_sensors(
         f"{name} (simulated)",
         {key: (stamped[key], values) for key, (_, values) in readings.items()},
-        Truth(time_s, model.state_names, states),
+        truth=Truth(time_s, model.state_names, states),
     )

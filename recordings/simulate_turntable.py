@@ -76,4 +76,4 @@ def _recorded(
     states = states_along(model, time_s, named, root, times)
     readings = simulate_readings(model, times, time_s, states, root)
     truth = Truth(time_s, model.state_names, states)
-    return Recording.from_sensors(f"{table.name}, seed {seed}", readings.sensors, truth)
+    return Recording.from_sensors(f"{table.name}, seed {seed}", readings.sensors, truth=truth)

@@ -16,7 +16,13 @@ RATE_TOLERANCE = 0.1
 
 
 def frames_per_kept(recorded_rate_hz: float | None, rate_hz: float) -> int:
-    """Return m such that every m-th frame makes `rate_hz`; it must divide the recorded rate."""
+    """Return m such that every m-th frame makes `rate_hz`; it must divide the recorded rate.
+
+    Raises
+    ------
+    InputError
+        If it does not, or there is no recorded rate.
+    """
     if recorded_rate_hz is None:
         raise InputError("camera without rate_hz in the pen file, expected one to lower its rate")
     every = round(recorded_rate_hz / rate_hz) if rate_hz > 0 else 0
@@ -28,7 +34,13 @@ def frames_per_kept(recorded_rate_hz: float | None, rate_hz: float) -> int:
 
 
 def check_recorded_rate(sensor: SensorModel, recording: Recording) -> None:
-    """Refuse a recording whose camera ran at another rate than its pen file says."""
+    """Refuse a recording whose camera ran at another rate than its pen file says.
+
+    Raises
+    ------
+    InputError
+        If it did.
+    """
     times, _ = recording.sensor(sensor.name)
     if sensor.rate_hz is None or len(times) < 2:
         return

@@ -6,9 +6,12 @@ from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
-from benchmark.tasks.suite import Suite
-from models.errors import InputError
+from models.names import unknown
+
+if TYPE_CHECKING:
+    from benchmark.tasks.suite import Suite
 
 MODULES: Mapping[str, str] = MappingProxyType(
     {
@@ -25,6 +28,6 @@ MODULES: Mapping[str, str] = MappingProxyType(
 def find_suite(name: str) -> Suite:
     """Return a suite by name; raises `InputError` for an unknown one."""
     if name not in MODULES:
-        raise InputError(f"suite {name} is unknown, expected one of {', '.join(MODULES)}")
+        raise unknown("suite", name, MODULES)
     suite: Suite = import_module(MODULES[name]).SUITE
     return suite

@@ -29,9 +29,14 @@ def compiled_and_interpreted(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(native, "compiler", lambda: None)
         interpreted = build()
-    assert isinstance(compiled._engine, CompiledEngine)
-    assert not isinstance(interpreted._engine, CompiledEngine)
+    assert isinstance(_engine(compiled), CompiledEngine)
+    assert not isinstance(_engine(interpreted), CompiledEngine)
     return compiled, interpreted
+
+
+def _engine(estimator: Any) -> Any:
+    """Return its own engine, or that of its loop."""
+    return getattr(estimator, "_loop", estimator)._engine
 
 
 def steps(estimator: Estimator[Any], measurements: Sequence[Measurement]) -> list[Estimate]:

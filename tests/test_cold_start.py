@@ -29,9 +29,10 @@ def test_heavy_modules_would_be_seen() -> None:
     "code",
     [
         "import mhe, mhe.realtime, mhe.reference.ipopt, ekf_baseline.ekf",
-        "import models.pen, models.turntable, models.own_model",
+        "import models.pen, models.turntable, models.own_models",
         "import pen_mhe.estimators, recordings.simulate_pen",
         "from estimation import consistency, observability",
+        "import pen_mhe as pm; pm.simulate, pm.create_estimator, pm.run, pm.observe, pm.Mhe",
     ],
 )
 def test_estimators_import_nothing_heavy(code: str) -> None:
@@ -48,7 +49,7 @@ def test_a_first_estimate_imports_nothing_heavy() -> None:
         "import numpy, ekf_baseline.ekf, estimation.native, estimation.recording\n"
         "import models.pen, models.pen_file\n"
         "estimation.native.compiler = lambda: None\n"
-        "model = models.pen.pen_model(models.pen_file.find_pen('reference'), ['accel'])\n"
+        "model = models.pen.pen_model(models.pen_file.load_pen('reference'), ['accel'])\n"
         "ekf = ekf_baseline.ekf.Ekf(model)\n"
         "y = numpy.zeros(model.n_y)\n"
         "ekf.step(ekf.init(), estimation.recording.Measurement(0.0, y))\n"

@@ -6,30 +6,36 @@ import importlib
 import inspect
 import pkgutil
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmark.configurations import contract_models
-from estimation.estimator import run_measurements
+from estimation.estimator import Estimator, run_measurements
 from estimation.recording import Measurement, Recording
 from mhe.arrival_cost import ARRIVAL_COSTS
-from mhe.config import MheConfig
+from models.bundled import bundled_pens
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.pen import pen_model
-from models.pen_file import bundled_pens, find_pen
+from models.pen_file import load_pen
+from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable
-from pen_mhe.estimators import ESTIMATORS, EstimatorSettings, create_estimator
-from recordings.simulate_pen import simulate_recording
+from pen_mhe.estimators import ESTIMATORS, create_estimator, settings_read
+from recordings.simulate_pen import simulate
 from recordings.simulate_turntable import simulate_table
 from tests.contracts import check_failures, check_history, check_inputs_unchanged, check_model
 
 DURATION_S = 0.25
 MODELS = contract_models()
-QUICK = EstimatorSettings(mhe=MheConfig(horizon=5))
+QUICK = {"horizon": 5}
 
 pytestmark = pytest.mark.usefixtures("interpreted")
+
+
+def quick(estimator: str, model: StateSpaceModel) -> Estimator[Any]:
+    return create_estimator(estimator, model, **settings_read(estimator, QUICK))
 
 
 @cache
@@ -38,8 +44,8 @@ def recording(body: str) -> Recording:
     if body == "turntable":
         return simulate_table(paper_turntable(), DURATION_S + 0.3, seed=1)
     dof = {"pen5": 5, "pen6": 6}[body]
-    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": dof})
-    return simulate_recording(pen, None, "turn", DURATION_S + 0.3, seed=1)
+    pen = load_pen("reference").model_copy(update={"degrees_of_freedom": dof})
+    return simulate(pen, None, motion="turn", duration_s=DURATION_S + 0.3, seed=1)
 
 
 def measurements(name: str) -> list[Measurement]:
@@ -60,7 +66,7 @@ def test_model(name: str) -> None:
 @pytest.mark.parametrize("pen", bundled_pens())
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 def test_bundled_pen_with_all_its_sensors(pen: str, degrees_of_freedom: int) -> None:
-    config = find_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    config = load_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
     check_model(pen_model(config), np.random.default_rng(0))
 
 
@@ -80,9 +86,9 @@ def test_every_estimator_is_in_the_registry(room: str) -> None:
 @pytest.mark.parametrize("name", MODELS)
 def test_history_and_determinism(name: str, estimator: str) -> None:
     steps = measurements(name)
-    first = run_measurements(create_estimator(estimator, MODELS[name], QUICK), steps)
+    first = run_measurements(quick(estimator, MODELS[name]), steps, covariances=True)
     check_history(MODELS[name], first, len(steps))
-    again = run_measurements(create_estimator(estimator, MODELS[name], QUICK), steps)
+    again = run_measurements(quick(estimator, MODELS[name]), steps, covariances=True)
     np.testing.assert_array_equal(first.mean, again.mean)
     np.testing.assert_array_equal(first.covariance, again.covariance)
 
@@ -90,7 +96,7 @@ def test_history_and_determinism(name: str, estimator: str) -> None:
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("name", MODELS)
 def test_inputs_unchanged_and_failures(name: str, estimator: str) -> None:
-    built = create_estimator(estimator, MODELS[name], QUICK)
+    built = quick(estimator, MODELS[name])
     steps = measurements(name)[:8]
     check_inputs_unchanged(built, steps)
     check_failures(built, steps)
@@ -99,9 +105,9 @@ def test_inputs_unchanged_and_failures(name: str, estimator: str) -> None:
 @pytest.mark.parametrize("arrival_cost", ARRIVAL_COSTS)
 def test_every_arrival_cost(arrival_cost: str) -> None:
     name = "pen6 accel+gyro+camera"
-    settings = EstimatorSettings(mhe=MheConfig(horizon=5, arrival_cost=arrival_cost))
     steps = measurements(name)
-    history = run_measurements(create_estimator("mhe-ipopt", MODELS[name], settings), steps)
+    built = create_estimator("mhe-ipopt", MODELS[name], horizon=5, arrival_cost=arrival_cost)
+    history = run_measurements(built, steps, covariances=True)
     check_history(MODELS[name], history, len(steps))
     assert history.solved_fraction == 1.0
 
@@ -111,9 +117,9 @@ def test_a_prior_of_ones_own_is_the_model_with_that_prior(estimator: str) -> Non
     name = "turntable accel+gyro"
     model, some = MODELS[name], measurements(name)[:8]
     told = GaussianState(model.prior.mean + 0.1, 0.25 * model.prior.covariance)
-    with_it = create_estimator(estimator, model.replace(prior=told), QUICK)
-    expected = run_measurements(with_it, some)
-    found = run_measurements(create_estimator(estimator, model, QUICK), some, prior=told)
+    with_it = quick(estimator, model.replace(prior=told))
+    expected = run_measurements(with_it, some, covariances=True)
+    found = run_measurements(quick(estimator, model), some, prior=told, covariances=True)
     # The scaling of a solver may follow the model's own prior.
     np.testing.assert_allclose(found.mean, expected.mean, rtol=0, atol=1e-7)
     np.testing.assert_allclose(found.covariance, expected.covariance, rtol=1e-6, atol=1e-12)
@@ -121,6 +127,6 @@ def test_a_prior_of_ones_own_is_the_model_with_that_prior(estimator: str) -> Non
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_a_prior_of_another_size_is_refused(estimator: str) -> None:
-    system = create_estimator(estimator, MODELS["turntable accel"], QUICK)
+    system = quick(estimator, MODELS["turntable accel"])
     with pytest.raises(InputError, match=r"have shapes \(2,\) and \(2, 2\), expected \(4,\)"):
         system.init(GaussianState(np.zeros(2), np.eye(2)))

@@ -17,11 +17,10 @@ import numpy as np
 import pytest
 
 from estimation.estimator import run
-from mhe.config import MheConfig
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors
-from pen_mhe.estimators import LEAST_SQUARES, EstimatorSettings, create_estimator
+from pen_mhe.estimators import LEAST_SQUARES, create_estimator, settings_read
 from recordings.simulate_pen import simulate_model
 from tests.references import casadi_arrival, kalman
 
@@ -43,7 +42,7 @@ Q, R = DISTURBANCE_STD**2 * G @ G.T, np.array([[NOISE_STD**2]])
 def names() -> dict[str, Any]:
     """What the example defines, without its loop over the estimators."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pen_mhe.estimators.LEAST_SQUARES", {})
+        patch.setattr("pen_mhe.LEAST_SQUARES", ())
         return runpy.run_path(str(EXAMPLE))
 
 
@@ -71,7 +70,7 @@ def as_in_casadis_example(model: StateSpaceModel, y: Array) -> Array:
 
 def drawn(model: StateSpaceModel, seed: int) -> tuple[Array, Array]:
     """Return readings (n, 1) and true states (n, 2), as many as in CasADi's example."""
-    recording = simulate_model(model, 50.0, seed)
+    recording = simulate_model(model, duration_s=50.0, seed=seed)
     assert recording.truth is not None
     states = recording.truth.states(model.state_names, recording.time_s)
     return recording.sensor("ruler")[1], states
@@ -110,8 +109,8 @@ def test_the_examples_model_is_casadis(model: StateSpaceModel) -> None:
 def test_every_estimator_is_the_kalman_filter(names: dict[str, Any], name: str) -> None:
     """With windows as in CasADi's example; differences in standard deviations."""
     model, recording = names["model"], names["recording"].first(5.0)
-    settings = EstimatorSettings(mhe=MheConfig(horizon=N_NODES - 1))
-    history = run(create_estimator(name, model, settings), recording)
+    settings = {"horizon": N_NODES - 1}
+    history = run(create_estimator(name, model, **settings_read(name, settings)), recording)
     means, stds = filtered(model, recording.sensor("ruler")[1])
     assert np.abs((history.mean - means) / stds).max() < 1e-9
     assert np.abs(history.std / stds - 1).max() < 1e-9

@@ -27,7 +27,12 @@ MAY_IMPORT = {
 }
 """Room → rooms that it may import, itself aside."""
 
-SOURCES = [path for room in MAY_IMPORT for path in sorted((ROOT / room).rglob("*.py"))]
+SOURCES = [
+    path
+    for room in MAY_IMPORT
+    for kind in ("*.py", "*.pyi")  # a face imports what its stub names
+    for path in sorted((ROOT / room).rglob(kind))
+]
 
 
 def imported_rooms(source: str, package: str) -> set[str]:

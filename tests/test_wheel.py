@@ -4,18 +4,32 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-SCRIPT = """
+from tests.house import ROOT, rooms
+
+SCRIPT = f"""
 import sys
+ROOMS = {rooms()}
 sys.path.insert(0, sys.argv[1])
 sys.argv = ["pen-mhe", *sys.argv[2:]]
-import models, estimation, ekf_baseline, classical_baseline, mhe, codegen, benchmark, pen_mhe
-assert all(m.__file__.startswith(sys.path[0]) for m in (models, mhe, pen_mhe)), models.__file__
+import importlib
+for room in ROOMS:
+    assert importlib.import_module(room).__file__.startswith(sys.path[0]), room
 from commands.cli import app
 app()
 """
+
+
+def test_the_wheel_the_archive_and_the_types_have_every_room() -> None:
+    """The project file names the rooms three times, as its tools want it."""
+    tool = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]
+    targets = tool["hatch"]["build"]["targets"]
+    archived = {name.removeprefix("/") for name in targets["sdist"]["include"]}
+    assert set(targets["wheel"]["packages"]) == set(rooms())
+    assert set(tool["mypy"]["packages"]) == set(rooms())
+    assert {name for name in archived if (ROOT / name).is_dir()} == {*rooms(), "tests"}
 
 
 def test_the_wheel_works_elsewhere(tmp_path: Path) -> None:
@@ -27,10 +41,7 @@ def test_the_wheel_works_elsewhere(tmp_path: Path) -> None:
     (wheel,) = built.glob("pen_mhe-*.whl")
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps"]
     subprocess.run([*pip, "--target", str(site), str(wheel)], check=True)
-    for room in (
-        *("models", "estimation", "ekf_baseline", "classical_baseline"),
-        *("mhe", "codegen", "benchmark", "pen_mhe"),
-    ):
+    for room in rooms():
         assert (site / room / "py.typed").is_file()
     call = [sys.executable, "-I", "-c", SCRIPT, str(site)]
     recording = tmp_path / "pen.csv"

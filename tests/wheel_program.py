@@ -28,8 +28,8 @@ def main() -> None:
         assert error < MOST_DEG, f"{name}: elevation {error:.2f} deg off at the end"
         print(f"{name}: elevation {error:.3f} deg off at the end")
     with TemporaryDirectory() as written:
-        files = pm.export_c(model, Path(written))
-        assert files, "the export wrote no file"
+        pm.export_c("ekf", model, Path(written))
+        assert (Path(written) / "pen.c").is_file(), "the export wrote no pen.c"
     print(f"Python {platform.python_version()}, pen-mhe {pm.__version__}: the wheel works")
 
 

@@ -8,6 +8,8 @@ NONE, NEVER = "–", "∞"
 DIGITS = 3
 """Significant digits."""
 
+TIME_UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
+
 
 def number(value: float) -> str:
     """Return a figure with three significant digits; ``–`` for NaN, ``∞`` for infinity."""
@@ -40,6 +42,14 @@ def seconds(value: float) -> str:
         if abs(value) < 1000 * scale:
             return f"{number(value / scale)} {unit}"
     return f"{number(value)} s"
+
+
+def in_unit(time_s: float) -> str:
+    """Return a time with a unit that leaves 1 to 3 digits in front: ``46 µs``."""
+    for scale, unit in TIME_UNITS:
+        if time_s >= scale * (1 - 1e-9):
+            return f"{time_s / scale:.3g} {unit}"
+    return f"{time_s / TIME_UNITS[-1][0]:.3g} {TIME_UNITS[-1][1]}"
 
 
 def count(n: int, of: str) -> str:

@@ -10,6 +10,9 @@
   const drawn = new Set();
   let printing = false;
 
+  // What plots are drawn for. A plot says it when it is drawn, so that whoever looks can wait.
+  const paper = () => (dark.matches && !printing ? "dark" : "light");
+
   // Colours stand under keys that end in "color"; labels never do.
   function recolour(value) {
     if (Array.isArray(value)) { value.forEach(recolour); return; }
@@ -30,7 +33,7 @@
     const layout = narrow.matches && !printing && spec.narrow ? spec.narrow : spec.layout;
     const hidden = hiddenGroups(plot);
     for (const trace of spec.data) if (hidden.has(trace.legendgroup)) trace.visible = false;
-    if (dark.matches && !printing) { recolour(spec.data); recolour(layout); }
+    if (paper() === "dark") { recolour(spec.data); recolour(layout); }
     layout.showlegend = false; // the page has its own
     layout.autosize = true;
     if (printing) layout.width = PRINT_WIDTH;
@@ -48,7 +51,7 @@
       toImageButtonOptions: { format: "svg", filename: plot.dataset.name },
     });
     plot.style.minHeight = "";
-    plot.dataset.drawn = "yes";
+    plot.dataset.drawn = paper(); // Plotly has drawn when it returns
     drawn.add(plot);
   }
 

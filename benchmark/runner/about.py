@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import platform
 import subprocess
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
-from benchmark.runner.identity import ROOT, code_identity, versions
+from benchmark.runner.identity import code_identity, task_identity, versions
+from benchmark.tasks.suite import Scope
+from estimation.native import compiler
 from models.errors import InputError
+from pen_mhe.rooms import ROOT
 
 NAME = "run.json"
 CPU_INFO = Path("/proc/cpuinfo")
@@ -59,6 +65,20 @@ def machine() -> dict[str, Any]:
         "system": f"{platform.system()} {platform.machine()}",
         "cores": os.cpu_count(),
     }
+
+
+@cache
+def timing_identity(recordings: str = "", scope: Scope | None = None) -> str:
+    """Return what a measured time depends on: a task's identity, machine and all packages.
+
+    Parameters
+    ----------
+    recordings, scope : of `benchmark.runner.identity.task_identity`
+    """
+    packages = sorted(f"{each.name} {each.version}" for each in distributions())
+    here = json.dumps([machine(), platform.python_version(), compiler(), packages])
+    of_task = task_identity(recordings, scope or Scope())
+    return f"{of_task}-{hashlib.sha256(here.encode()).hexdigest()[:16]}"
 
 
 def git_state() -> dict[str, Any]:

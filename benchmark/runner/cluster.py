@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ from benchmark.tasks.task import Outcome, Task, failed
 from models.errors import InputError
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 AHEAD = 4
 """Tasks per worker thread that are given out at a time."""
@@ -55,7 +55,7 @@ def run_on_cluster(
         for task in islice(waiting, ahead):
             given[future := client.submit(function, task, key=task.key, pure=False)] = task
             finished.add(future)
-        for future in finished:
+        for future in _until_interrupted(finished, given):
             task = given.pop(future)
             if future.exception() is None:
                 yield task, future.result()
@@ -70,6 +70,17 @@ def run_on_cluster(
             alone = client.submit(function, task, key=f"{task.key}/alone", pure=False)
             died = alone.exception()
             yield task, alone.result() if died is None else failed(f"{LOST}: {died}")
+
+
+def _until_interrupted(
+    finished: Iterator[Future], given: Mapping[Future, Task]
+) -> Iterator[Future]:
+    """Yield futures as they finish; at an interrupt those that have, before it is raised."""
+    try:
+        yield from finished
+    except KeyboardInterrupt:
+        yield from [future for future in given if future.status == "finished"]
+        raise
 
 
 def _check_scheduler(scheduler: str) -> None:

@@ -10,13 +10,9 @@ from pathlib import Path
 
 from benchmark.tasks.suite import Scope
 from models.errors import InputError
+from pen_mhe.rooms import ROOT, rooms
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-ROOMS = (
-    *("models", "estimation", "ekf_baseline", "classical_baseline", "mhe", "recordings"),
-    *("pen_mhe", "benchmark", "suites"),
-)
-SHOWS_ONLY = ("benchmark/report", "benchmark/figures", "benchmark/verdicts")
+SHOWS_ONLY = ("commands/", "benchmark/report/", "benchmark/figures/", "benchmark/verdicts/")
 """Code that no result depends on."""
 
 SUFFIXES = (".py", ".c", ".toml")
@@ -31,12 +27,17 @@ def versions() -> dict[str, str]:
 
 
 @cache
-def code_identity() -> str:
-    """Return a hash of the package's own code and data and of its numerical libraries."""
+def code_identity(root: Path = ROOT) -> str:
+    """Return a hash of the package's own code and data and of its numerical libraries.
+
+    Parameters
+    ----------
+    root : the folder that the rooms stand in
+    """
     digest = hashlib.sha256()
-    for room in ROOMS:
-        for path in sorted((ROOT / room).rglob("*")):
-            name = path.relative_to(ROOT).as_posix()
+    for room in rooms(root):
+        for path in sorted((root / room).rglob("*")):
+            name = path.relative_to(root).as_posix()
             if path.suffix in SUFFIXES and not name.startswith(SHOWS_ONLY):
                 digest.update(name.encode() + path.read_bytes())
     for name in NUMERICAL:
@@ -60,6 +61,11 @@ def task_identity(recordings: str, scope: Scope) -> str:
     Parameters
     ----------
     recordings : the folder within `Scope.data` that it reads; empty where it reads none
+
+    Raises
+    ------
+    InputError
+        If a file of the data cannot be read.
     """
     if not recordings or scope.data is None:
         return code_identity()

@@ -6,42 +6,64 @@ there twice counts as it was found last.
 
 from __future__ import annotations
 
-import base64
-import dataclasses
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, Self
+from typing import IO, Any, Generic, Self, TypeVar
 
-import numpy as np
 from filelock import FileLock, Timeout
 
-from benchmark.tasks.task import FAILED, Outcome, Quantity, Series, Task
 from models.errors import InputError
 
-NAME = "journal.jsonl"
+TaskT = TypeVar("TaskT")
+ResultT = TypeVar("ResultT")
 
 
-class Journal:
-    """The journal in a folder, open for one run at a time.
+@dataclass(frozen=True)
+class LineFormat(Generic[TaskT, ResultT]):
+    """How a finished task is a line: an object of JSON that has its own key and ``identity``.
+
+    Parameters
+    ----------
+    key : of a task, as one text
+    encoded : a task and its result → the line's entries
+    key_of : a line → the key of its task; raises `KeyError`, `TypeError` or `ValueError` for
+        what is no such line
+    decoded : a line → its result
+    is_finished : a line → whether its task counts as finished for the next run
+    """
+
+    key: Callable[[TaskT], str]
+    encoded: Callable[[TaskT, ResultT], Mapping[str, Any]]
+    key_of: Callable[[Mapping[str, Any]], str]
+    decoded: Callable[[Mapping[str, Any]], ResultT]
+    is_finished: Callable[[Mapping[str, Any]], bool] = lambda line: True
+
+
+class Journal(Generic[TaskT, ResultT]):
+    """A journal, open for one run at a time.
 
     Used as a context manager. In memory it keeps where each task's line begins, not what
     the line says.
 
     Parameters
     ----------
-    folder : made where it is missing
+    path : of the file; its folder is made where it is missing
+    lines : what stands in a line
 
     Raises
     ------
     InputError
-        On entering, if another run has it open.
+        On entering, if another run has it open, or something else than lines of this format
+        stands there.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.path = folder / NAME
-        self._lock = FileLock(folder / f"{NAME}.lock")
+    def __init__(self, path: Path, lines: LineFormat[TaskT, ResultT]) -> None:
+        self.path = path
+        self._lines = lines
+        self._lock = FileLock(path.with_name(f"{path.name}.lock"))
         self._offsets: dict[tuple[str, str], int] = {}
         self._file: IO[bytes] | None = None
 
@@ -71,25 +93,25 @@ class Journal:
             self._file.close()
         self._lock.release()
 
-    def has(self, task: Task, identity: str) -> bool:
+    def has(self, task: TaskT, identity: str) -> bool:
         """Return whether a task was finished, with figures, by the same code on the same files."""
-        return (task.key, identity) in self._offsets
+        return (self._lines.key(task), identity) in self._offsets
 
-    def append(self, task: Task, identity: str, outcome: Outcome) -> None:
+    def append(self, task: TaskT, identity: str, result: ResultT) -> None:
         """Add a finished task; it is with the operating system when this returns."""
-        line = {"identity": identity, "task": dataclasses.asdict(task), **_encoded(outcome)}
+        line = {"identity": identity, **self._lines.encoded(task, result)}
         file = self._open()
         file.seek(0, 2)
         offset = file.tell()
         file.write(json.dumps(line, ensure_ascii=False).encode() + b"\n")
         file.flush()
-        self._offsets[task.key, identity] = offset
+        self._offsets[self._lines.key(task), identity] = offset
 
-    def read(self, task: Task, identity: str) -> Outcome:
-        """Return a finished task's outcome; raises `KeyError` for one that is not there."""
+    def read(self, task: TaskT, identity: str) -> ResultT:
+        """Return a finished task's result; raises `KeyError` for one that is not there."""
         file = self._open()
-        file.seek(self._offsets[task.key, identity])
-        return _decoded(json.loads(file.readline()))
+        file.seek(self._offsets[self._lines.key(task), identity])
+        return self._lines.decoded(json.loads(file.readline()))
 
     def _open(self) -> IO[bytes]:
         assert self._file is not None, "the journal is used as a context manager"
@@ -99,9 +121,7 @@ class Journal:
         """Find every line; cut off what a kill left of the last one."""
         file = self._open()
         end = 0
-        for offset, line in _lines(file):
-            if not line.endswith(b"\n"):
-                break
+        for offset, line in _whole_lines(file):
             self._note(offset, line)
             end = offset + len(line)
         file.truncate(end)
@@ -109,56 +129,22 @@ class Journal:
     def _note(self, offset: int, line: bytes) -> None:
         try:
             found = json.loads(line)
-            key = Task(**found["task"]).key, str(found["identity"])
-            status = found["status"]
+            key = self._lines.key_of(found), str(found["identity"])
+            is_finished = self._lines.is_finished(found)
         except (ValueError, KeyError, TypeError):
             raise InputError(
                 f"journal {self.path}: the line at byte {offset} is none of a journal, "
                 "expected a file that only this command writes"
             ) from None
-        # A task that broke off is tried again by the next run.
-        if status == FAILED:
-            self._offsets.pop(key, None)
-        else:
+        if is_finished:
             self._offsets[key] = offset
+        else:
+            self._offsets.pop(key, None)
 
 
-def _lines(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
+def _whole_lines(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
     file.seek(0)
     offset = 0
-    while line := file.readline():
+    while (line := file.readline()).endswith(b"\n"):
         yield offset, line
         offset += len(line)
-
-
-def _encoded(outcome: Outcome) -> dict[str, Any]:
-    fields = {f.name: getattr(outcome, f.name) for f in dataclasses.fields(outcome)}
-    fields["quantities"] = [dataclasses.astuple(quantity) for quantity in outcome.quantities]
-    fields["series"] = [
-        {f.name: _packed(getattr(series, f.name)) for f in dataclasses.fields(series)}
-        for series in outcome.series
-    ]
-    return fields
-
-
-def _decoded(line: Mapping[str, Any]) -> Outcome:
-    fields = {f.name: line[f.name] for f in dataclasses.fields(Outcome)}
-    fields["quantities"] = tuple(Quantity(*values) for values in line["quantities"])
-    fields["series"] = tuple(
-        Series(**{name: _unpacked(value) for name, value in series.items()})
-        for series in line["series"]
-    )
-    return Outcome(**fields)
-
-
-def _packed(value: Any) -> Any:
-    if not isinstance(value, np.ndarray):
-        return value
-    data = np.ascontiguousarray(value, dtype="<f8").tobytes()
-    return {"float64": base64.b64encode(data).decode("ascii")}
-
-
-def _unpacked(value: Any) -> Any:
-    if not isinstance(value, dict):
-        return value
-    return np.frombuffer(base64.b64decode(value["float64"]), dtype="<f8").astype(float)

@@ -1,8 +1,8 @@
 """Tasks in processes of this machine, whatever becomes of a process.
 
-Each process has a lane of its own. A lane takes a row at a time (the seeds of one case,
-configuration and estimator, which stand together in the list), so that a model is compiled
-and an estimator built by the one process that needs it; at the end it helps the others.
+Each process has a lane of its own. A lane takes a row at a time (tasks that stand together in
+the list and need the same model and estimator), so that these are compiled and built by the one
+process that needs them; at the end it helps the others.
 """
 
 from __future__ import annotations
@@ -12,13 +12,17 @@ import os
 import signal
 import threading
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from itertools import groupby
 from multiprocessing import get_context
+from typing import Generic, TypeVar
 
-from benchmark.tasks.task import Outcome, Task, failed
+from benchmark.runner.interrupts import deaf_children, not_swallowed
+
+TaskT = TypeVar("TaskT", bound=Hashable)
+ResultT = TypeVar("ResultT")
 
 AHEAD = 3
 """Tasks that a process is given at a time: enough that it never waits, few in memory."""
@@ -28,69 +32,99 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 MOST_DEATHS = 2
 DIED = f"its process died {MOST_DEATHS} times while it ran"
 
-Function = Callable[[Task], Outcome]
 
-
-def run_here(function: Function, tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
+def run_here(
+    function: Callable[[TaskT], ResultT], tasks: Iterable[TaskT]
+) -> Iterator[tuple[TaskT, ResultT]]:
     """Run tasks in this process, one after the other."""
     for task in tasks:
-        yield task, function(task)
+        with not_swallowed():
+            result = function(task)
+        yield task, result
 
 
 def run_in_processes(
-    function: Function, tasks: Iterable[Task], jobs: int
-) -> Iterator[tuple[Task, Outcome]]:
-    """Run tasks in processes; yield each with its outcome, as they finish.
+    function: Callable[[TaskT], ResultT],
+    tasks: Iterable[TaskT],
+    jobs: int,
+    *,
+    row: Callable[[TaskT], Hashable],
+    died: Callable[[str], ResultT],
+    goes_on: Callable[[], bool] = lambda: True,
+) -> Iterator[tuple[TaskT, ResultT]]:
+    """Run tasks in processes; yield each with its result, as they finish.
 
-    Where a process dies, what it was given runs again in another one. The task that ran when
-    its process died, and again when the next one did, is an outcome that says so.
+    Where a process dies, what it was given runs again in another one. Of the task that ran when
+    its process died, and again when the next one did, the result says so. At an interrupt what
+    has finished is yielded before it is raised, and what runs is killed.
 
     Parameters
     ----------
     function : of a module, so that another process finds it
     jobs : number of processes
+    row : what neighbouring tasks of one row have in common
+    died : a sentence → the result of a task whose processes died
+    goes_on : asked between tasks; once it is false, what runs is finished and nothing begun
     """
     for name in ONE_THREAD:  # read by BLAS when a process begins
         os.environ.setdefault(name, "1")
-    rows = (list(row) for _, row in groupby(tasks, key=_row))
-    deaths: Counter[Task] = Counter()
+    rows = (list(tasks_of_row) for _, tasks_of_row in groupby(tasks, key=row))
     lanes = [_Lane(function) for _ in range(jobs)]
     try:
-        while True:
-            for lane in lanes:
-                lane.fill(rows, lanes)
-            running = {future: lane for lane in lanes for future in lane.given}
-            if not running:
-                return
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for lane in {running[future] for future in done}:
-                yield from lane.finished()
-                if (task := lane.killed_by()) is not None:
-                    deaths[task] += 1
-                    if deaths[task] == MOST_DEATHS:
-                        yield task, failed(DIED)
-                        lane.restart(without=task)
-                    else:
-                        lane.restart()
+        yield from _finished(lanes, rows, died, goes_on)
+    except BaseException:  # an interrupt, an error, or nobody who wants more
+        for lane in lanes:
+            lane.kill()
+        raise
     finally:
         for lane in lanes:
             lane.close()
 
 
-def _row(task: Task) -> tuple[str, ...]:
-    return task.suite, task.case, task.sensors, task.estimator
+def _finished(
+    lanes: Sequence[_Lane[TaskT, ResultT]],
+    rows: Iterator[list[TaskT]],
+    died: Callable[[str], ResultT],
+    goes_on: Callable[[], bool],
+) -> Iterator[tuple[TaskT, ResultT]]:
+    """Give the lanes what there is to do; yield what they have done."""
+    deaths: Counter[TaskT] = Counter()
+    while True:
+        for lane in lanes:
+            if goes_on():
+                lane.fill(rows, lanes)
+            else:
+                lane.take_back()
+        running = {future: lane for lane in lanes for future in lane.given}
+        if not running:
+            return
+        try:
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+        except KeyboardInterrupt:
+            for lane in lanes:
+                yield from lane.finished()
+            raise
+        for lane in {running[future] for future in done}:
+            yield from lane.finished()
+            if (task := lane.killed_by()) is not None:
+                deaths[task] += 1
+                if deaths[task] == MOST_DEATHS:
+                    yield task, died(DIED)
+                    lane.restart(without=task)
+                else:
+                    lane.restart()
 
 
-class _Lane:
+class _Lane(Generic[TaskT, ResultT]):
     """One process, what it was given, and what of its row it was not given yet."""
 
-    def __init__(self, function: Function) -> None:
+    def __init__(self, function: Callable[[TaskT], ResultT]) -> None:
         self._function = function
         self._pool = _process()
-        self._waiting: deque[Task] = deque()
-        self.given: dict[Future[Outcome], Task] = {}
+        self._waiting: deque[TaskT] = deque()
+        self.given: dict[Future[ResultT], TaskT] = {}
 
-    def fill(self, rows: Iterator[list[Task]], lanes: Sequence[_Lane]) -> None:
+    def fill(self, rows: Iterator[list[TaskT]], lanes: Sequence[_Lane[TaskT, ResultT]]) -> None:
         """Give the process tasks: of its row, of a new one, or of the longest of other lanes."""
         while len(self.given) < AHEAD:
             if not self._waiting:
@@ -103,26 +137,33 @@ class _Lane:
             else:
                 return
             try:
-                self.given[self._pool.submit(self._function, task)] = task
+                with deaf_children():
+                    future = self._pool.submit(self._function, task)
+                self.given[future] = task
             except BrokenProcessPool as error:
                 # Died just now: to be found by `killed_by`, like those given before.
-                broken: Future[Outcome] = Future()
+                broken: Future[ResultT] = Future()
                 broken.set_exception(error)
                 self.given[broken] = task
                 return
 
-    def finished(self) -> Iterator[tuple[Task, Outcome]]:
+    def take_back(self) -> None:
+        """Take back what the process was given and has not begun."""
+        for future in [future for future in self.given if future.cancel()]:
+            del self.given[future]
+
+    def finished(self) -> Iterator[tuple[TaskT, ResultT]]:
         """Take out the tasks that are done; those whose process died stay."""
         for future in [future for future in self.given if future.done() and not _died(future)]:
             yield self.given.pop(future), future.result()
 
-    def killed_by(self) -> Task | None:
+    def killed_by(self) -> TaskT | None:
         """Return the task that ran when the process died: the oldest; None where it lives."""
         if not any(future.done() and _died(future) for future in self.given):
             return None
         return next(iter(self.given.values()))
 
-    def restart(self, without: Task | None = None) -> None:
+    def restart(self, without: TaskT | None = None) -> None:
         """Begin a new process with what the dead one was given, but for one task."""
         self.close()
         again = [task for task in self.given.values() if task != without]
@@ -130,12 +171,18 @@ class _Lane:
         self.given.clear()
         self._pool = _process()
 
+    def kill(self) -> None:
+        """End the process, whatever it is doing."""
+        # A pool has no public way before Python 3.14.
+        for process in list((self._pool._processes or {}).values()):
+            process.kill()
+
     def close(self) -> None:
         """Give the process nothing more."""
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _died(future: Future[Outcome]) -> bool:
+def _died(future: Future[ResultT]) -> bool:
     return isinstance(future.exception(), BrokenProcessPool)
 
 

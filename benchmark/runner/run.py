@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Protocol
 
 from benchmark.runner.cluster import run_on_cluster
-from benchmark.runner.journal import Journal
+from benchmark.runner.interrupts import undisturbed
+from benchmark.runner.outcome_lines import outcome_journal
 from benchmark.runner.processes import run_here, run_in_processes
 from benchmark.runner.tables import write_tables
 from benchmark.tasks.suite import Scope
-from benchmark.tasks.task import Outcome, Task
+from benchmark.tasks.task import Outcome, Task, failed
 
 
 class TaskFunction(Protocol):
@@ -47,7 +48,11 @@ class Workers:
             return run_on_cluster(function, tasks, self.scheduler)
         if self.jobs == 1:
             return run_here(function, tasks)
-        return run_in_processes(function, tasks, self.jobs)
+        return run_in_processes(function, tasks, self.jobs, row=_row, died=failed)
+
+
+def _row(task: Task) -> tuple[str, ...]:
+    return task.suite, task.case, task.sensors, task.estimator
 
 
 def run_tasks(
@@ -75,11 +80,12 @@ def run_tasks(
     The number of tasks that were run
     """
     made_with = {task: identity(task, scope) for task in tasks}
-    with Journal(folder) as journal:
+    with outcome_journal(folder) as journal:
         todo = [task for task in tasks if not journal.has(task, made_with[task])]
         advance = on_start(len(todo))
         for task, outcome in workers.run(partial(function, scope=scope), todo):
-            journal.append(task, made_with[task], outcome)
-            advance(1)
+            with undisturbed():
+                journal.append(task, made_with[task], outcome)
+                advance(1)
         write_tables(sorted(tasks), lambda task: journal.read(task, made_with[task]), folder)
     return len(todo)

@@ -16,6 +16,7 @@ import pyarrow.parquet as pq
 from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, Results
 from benchmark.tasks.task import Outcome, Quantity, Task
 from models.errors import InputError
+from models.version import version_metadata
 
 RESULTS, SERIES = "results.parquet", "series.parquet"
 TASKS_AT_A_TIME = 500
@@ -87,7 +88,8 @@ def _series_tables(task: Task, outcome: Outcome) -> Iterator[pa.Table]:
 
 
 def _schema(columns: Iterable[str]) -> pa.Schema:
-    return pa.schema([(name, _TYPES.get(name, pa.float64())) for name in columns])
+    fields = [(name, _TYPES.get(name, pa.float64())) for name in columns]
+    return pa.schema(fields, metadata=version_metadata())
 
 
 def read_tables(folder: Path) -> Results:

@@ -18,7 +18,7 @@ class Task:
 
     Parameters
     ----------
-    suite : a key of `suites.table.SUITES`
+    suite : a name of the table of suites
     case : of the suite: a motion, a start, a camera rate
     sensors : name of the configuration
     estimator : its name

@@ -15,7 +15,7 @@ from estimation.kalman_stage import stage_functions
 from estimation.layout import Layout
 from mhe import constraint_rows
 from mhe.arrival_cost import ARRIVAL_COSTS, RELINEARISATION_LIMIT
-from mhe.config import Clock, MheConfig
+from mhe.config import Clock, RealTimeConfig
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.rules import ACTIVE_SET, DESCENT, most_active
 from mhe.stage_functions import window_functions
@@ -35,9 +35,9 @@ FUNCTIONS_OF: Mapping[str, tuple[str, ...]] = {
 
 def window_loop(
     model: StateSpaceModel,
-    config: MheConfig,
+    config: RealTimeConfig,
     memory: Layout,
-    iterates: bool,
+    *,
     whole: bool = True,
     clock: int = 0,
 ) -> Loop:
@@ -46,17 +46,17 @@ def window_loop(
     Parameters
     ----------
     memory : see `mhe.window_memory.window_memory`
-    iterates : passes to convergence, or one pass a sample
     whole : with what other models and settings use, so that one compiled loop serves them all;
         False leaves out what this one does not need
     clock : address of a C function that returns seconds; 0 is the machine's own
     """
+    scheme = config.scheme
     predict, update, *small = stage_functions(model)
     window = window_functions(model, predict, update)
     n_stages, n_c = config.horizon + 1, constraint_rows.count(model)
     most = most_active(n_stages, n_c)
     parts = {
-        "CONVERGES": whole or iterates,
+        "CONVERGES": whole or scheme.converges,
         "CONSTRAINED": whole or n_c > 0,
         "LOSSES": whole or config.has_losses,
         "TIMED": whole or config.deadline_s is not None,
@@ -87,11 +87,11 @@ def window_loop(
             "arrival": list(ARRIVAL_COSTS).index(config.arrival_cost),
             "constant_covariance": np.asarray(model.prior.covariance, dtype=float),
             "relinearisation_limit": RELINEARISATION_LIMIT,
-            "reuse": 0.0 if iterates else reuse_threshold(model, config),
-            "iterate": iterates,
+            "reuse": reuse_threshold(model, config),
+            "iterate": scheme.converges,
             "n_stages": n_stages,
-            "tolerance": float(config.tolerance),
-            "most_iterations": int(config.max_iterations),
+            "tolerance": float(scheme.tolerance),
+            "most_iterations": int(scheme.max_iterations),
             "deadline": float(np.inf if config.deadline_s is None else config.deadline_s),
             "clock": ctypes.c_void_p(clock),
             "nothing": np.full(model.n_y, np.nan),
@@ -117,15 +117,14 @@ class CompiledWindow(CompiledEngine):
     def __init__(
         self,
         model: StateSpaceModel,
-        config: MheConfig,
+        config: RealTimeConfig,
         memory: Layout,
-        iterates: bool,
         clock: Clock | None = None,
     ) -> None:
         function = None if clock is None else ctypes.CFUNCTYPE(ctypes.c_double)(clock)
         address = 0 if function is None else ctypes.cast(function, ctypes.c_void_p).value or 0
         self._clock = function  # C keeps the address only
-        super().__init__(model, window_loop(model, config, memory, iterates, clock=address))
+        super().__init__(model, window_loop(model, config, memory, clock=address))
 
     def solve(self, given: Array) -> tuple[Array, Array]:
         """Converge on a window as it stands; return it solved, and the result."""

@@ -44,7 +44,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from estimation.status import Status
-from mhe.config import MheConfig
 from mhe.rules import (
     FLOOR,
     GATE,
@@ -55,6 +54,7 @@ from mhe.rules import (
     SINGULAR,
     SUFFICIENT,
 )
+from mhe.scheme import Scheme
 from models.arrays import Array
 
 
@@ -116,9 +116,7 @@ class Descended:
     kkt: float = math.nan
 
 
-def descend(
-    problem: Descending, z: Array, cost: float, config: MheConfig, made: int = 0
-) -> Descended:
+def descend(problem: Descending, z: Array, cost: float, scheme: Scheme, made: int = 0) -> Descended:
     """Descend from the current point z with a given cost; see the module.
 
     Parameters
@@ -135,7 +133,7 @@ def descend(
         g, length, failed = found.g, found.length, found.status
         if not math.isfinite(length):
             return Descended(J, Status.NOT_FINITE, iterations, kkt)
-        limited = iterations >= config.max_iterations
+        limited = iterations >= scheme.max_iterations
         if settling and not length < base:  # the cost cannot tell, the step's length can
             over = _stopped(problem, limited)
             alpha = 1.0 if accelerated else alpha / 2
@@ -156,8 +154,8 @@ def descend(
             shrinks, last_ratio = max(ratio, last_ratio), ratio  # the worse of two
             base, alpha = length, 1.0
             kkt = math.sqrt(length)
-            is_last = kkt <= config.tolerance or shrinks * kkt <= config.tolerance
-            if config.max_iterations == 0 and not is_last:
+            is_last = kkt <= scheme.tolerance or shrinks * kkt <= scheme.tolerance
+            if scheme.max_iterations == 0 and not is_last:
                 return Descended(J, failed | Status.ITERATION_LIMIT, iterations, kkt)
             level = J + problem.penalty()
             settling = math.isfinite(level) and length / 2 < RESOLUTION * max(1.0, abs(level))

@@ -6,24 +6,22 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from estimation.estimator import remarks
-from estimation.kalman_stage import Update, rows_present, without_gaps
+from estimation.kalman_stage import Update
 from estimation.layout import Layout
-from estimation.recording import Measurement
 from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
-from mhe import constraint_rows
-from mhe.arrival_cost import ARRIVAL_COSTS, Slide
-from mhe.config import Clock, MheConfig
+from mhe.config import Clock, RealTimeConfig
 from mhe.interpreted.deadline import Deadline
-from mhe.interpreted.descent import LinearisedOptimum, descend
-from mhe.interpreted.window_pass import Pass, WindowPass
+from mhe.interpreted.descent import descend
+from mhe.interpreted.pass_result import Pass
+from mhe.interpreted.sliding import WindowSlider
+from mhe.interpreted.window_pass import WindowPass
+from mhe.interpreted.window_point import WindowPoint
 from mhe.reuse import SETTLED, reuse_threshold
-from mhe.rules import MOST_TURNS, WOUND
-from mhe.trajectory import Trajectory
-from mhe.window_memory import BETWEEN_STAGES, PER_STAGE, Scales, View
+from mhe.rules import MOST_TURNS
+from mhe.window_memory import Scales, View
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -54,22 +52,21 @@ class InterpretedWindow:
     Parameters
     ----------
     memory : see `mhe.window_memory.window_memory`
-    iterates : passes to convergence, or one pass a sample
     clock : for deadlines; None is the machine's own
     """
 
     def __init__(
         self,
         model: StateSpaceModel,
-        config: MheConfig,
+        config: RealTimeConfig,
         memory: Layout,
-        iterates: bool,
         clock: Clock | None = None,
     ) -> None:
         self.memory, self.result = memory, result_layout(model)
-        self._model, self._config, self._iterates = model, config, iterates
+        self._model, self._config, self._scheme = model, config, config.scheme
         self._pass = WindowPass(model, config)
-        self._reuse = 0.0 if iterates else reuse_threshold(model, config)
+        self._slider = WindowSlider(model, config, memory, self._pass)
+        self._reuse = reuse_threshold(model, config)
         self._deadline = Deadline(config.deadline_s, clock or time.perf_counter)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
@@ -112,12 +109,12 @@ class InterpretedWindow:
         near = self._staying(old, self._reuse**2)
         stays = max(near, count - most)
         has_time = stays <= self._staying(old, np.inf)
-        memory = self._slide(given, time_s, y, stays)
+        memory = self._slider.slide(given, time_s, y, stays)
         window = View.of(self.memory, memory)
         if not has_time:
             state, solved = self._only_predict(old, window)
         else:
-            solved = self._converge(window) if self._iterates else self._one_pass(window)
+            solved = self._converge(window) if self._scheme.converges else self._one_pass(window)
             state = GaussianState(window.x[-1], solved.covariance)
         status = solved.status
         if has_time and stays > near:
@@ -151,70 +148,6 @@ class InterpretedWindow:
         moved = ~(np.isfinite(old.moved) & (old.moved <= limit))
         k = int(moved.argmax()) if moved.any() else len(moved)
         return max(k - int(len(moved) == self.memory.shapes["times"][0]), 0)
-
-    def _choose_points(self, window: View, k: int) -> None:
-        """Choose what the next pass is linearised at: the first k stages keep their points."""
-        step = max(k - 1, 0)  # the noise that leads to stage k goes with it
-        window.x_lin[k:], window.w_lin[step:] = window.x[k:], window.w[step:]
-        window.moved[k:] = np.inf  # until a pass says
-        if k == 0:
-            [deviation] = self._pass.call["difference"](window.x_lin[0], window.prior.mean)
-            window.prior_deviation[:] = -deviation
-
-    def _slide(self, given: Array, time_s: float, y: Array, stays: int) -> Array:
-        """Append an instant, without the oldest stage where the window is full."""
-        layout, memory, old = self.memory, given.copy(), View.of(self.memory, given)
-        before, capacity = len(old.times), layout.shapes["times"][0]
-        dropped = int(before == capacity)
-        kept = before - dropped
-        layout.view(memory, "count")[...] = kept + 1
-        new = View.of(layout, memory)
-        for block in PER_STAGE:
-            getattr(new, block)[:kept] = getattr(old, block)[dropped:]
-        for block in BETWEEN_STAGES:
-            getattr(new, block)[: max(kept - 1, 0)] = getattr(old, block)[dropped:]
-        if dropped:
-            prior, new.prior_deviation[:] = self._arrive(old, stays > 0)
-            new.prior.mean[:], new.prior.covariance[:] = prior.mean, prior.covariance
-        new.demanded[-1], new.active[-1] = constraint_rows.demanded(self._model, y), 0
-        new.times[-1], new.y[-1] = time_s, without_gaps(y)
-        new.present[-1] = rows_present(self._model, y)
-        new.x[-1] = old.prior.mean
-        if before:
-            new.w[-1] = 0
-            new.x[-1] = self._pass.call["move"](old.x[-1], new.w[-1], time_s - old.times[-1])[0]
-        new.predicted[-1] = new.x[-1]
-        self._choose_points(new, stays)
-        new.stayed[...] = stays
-        return memory
-
-    def _arrive(self, window: View, kept: bool) -> tuple[GaussianState, Array]:
-        """Return the prior of the first stage that stays, and its deviation from its point.
-
-        Where factors are kept the dropped stage is eliminated as its own were made.
-        """
-        if kept:
-            stage, dt = self._pass.stage, float(window.times[1] - window.times[0])
-            at = window.x_lin[0], window.prior_deviation
-            updated = stage.update(window.prior, window.y[0], window.present[0], *at)
-            point = window.x_lin[0], window.w_lin[0], None, updated.deviation
-            predicted = stage.predict(updated.state, dt, *point)
-            [defect] = self._pass.call["difference"](predicted.reached, window.x_lin[1])
-            return predicted.state, predicted.deviation + defect
-        rows, _ = self._pass.weigh(window, 0, window.x[0])
-        noises, _ = self._pass.call["shake"](window.w[0], self._config.noise_threshold)
-        slide = Slide(
-            window.prior,
-            Measurement(float(window.times[0]), window.y[0]),
-            Measurement(float(window.times[1]), window.y[1]),
-            Trajectory(window.x, window.w),
-            window.predicted[1],
-            rows,
-            noises,
-        )
-        prior = ARRIVAL_COSTS[self._config.arrival_cost](self._pass.stage, slide)
-        [deviation] = self._pass.call["difference"](prior.mean, window.x_lin[1])
-        return prior, deviation
 
     def _one_pass(self, window: View) -> Solved:
         """Make the linearised window's optimum the trajectory."""
@@ -253,93 +186,22 @@ class InterpretedWindow:
 
     def _converge(self, window: View) -> Solved:
         """Passes to convergence."""
-        point = _WindowPoint(self._pass, window, self._deadline)
+        point = WindowPoint(self._pass, window, self._deadline)
         if not np.isfinite(point.readings):
             found = self._pass.run(window, point.d, point.scales)
             return Solved(found.newest, found.covariances[-1], Status.NOT_FINITE, 1)
-        end = descend(point, point.z, point.cost, self._config)
+        end = descend(point, point.z, point.cost, self._scheme)
         for _ in range(MOST_TURNS):
             if end.status is not Status.SOLVED or not point.is_wound:
                 break
-            again = _WindowPoint(self._pass, window, self._deadline)
-            end = descend(again, again.z, again.cost, self._config, end.iterations)
+            again = WindowPoint(self._pass, window, self._deadline)
+            end = descend(again, again.z, again.cost, self._scheme, end.iterations)
             point = again
         assert point.found is not None
         found = point.found
         kkt = max(end.kkt, self._largest_excess(window, found.row_std))
         covariance = found.covariances[-1]
         return Solved(found.newest, covariance, end.status, end.iterations, end.cost, kkt)
-
-
-class _WindowPoint:
-    """Current point and candidate of a descent: see `mhe.interpreted.descent.Descending`."""
-
-    def __init__(self, passes: WindowPass, window: View, deadline: Deadline) -> None:
-        self._pass, self._window, self._deadline = passes, window, deadline
-        self.found: Pass | None = None
-        self.is_constrained = passes.n_c > 0
-        [self.d] = passes.call["difference"](window.x[0], window.prior.mean)
-        mu, self.distance = _prior_multiplier(window.prior.covariance, self.d)
-        self.z = np.concatenate([mu, window.w.ravel()])
-        self.readings, self.scales = passes.measure(window, window.x, window.w)
-        self._weights = np.zeros(passes.n_c)
-        self._violation = self._tried = passes.excess(window, window.x).sum(axis=0)
-        self._candidate = self.z, self.d, window.x, self.scales
-
-    @property
-    def cost(self) -> float:
-        """The window's cost at the point that it began with."""
-        return self.readings + self.distance / 2
-
-    @property
-    def is_wound(self) -> bool:
-        """Whether the first state is nearer to the prior than the deviation says."""
-        [short] = self._pass.call["difference"](self._window.x[0], self._window.prior.mean)
-        return bool((np.abs(self.d - short) > WOUND * np.maximum(1.0, np.abs(self.d))).any())
-
-    def is_late(self) -> bool:
-        count = len(self._window.times)
-        return self._deadline.affordable(count) < count
-
-    def linearise(self) -> LinearisedOptimum:
-        began, before = self._deadline.now(), self._window.active.copy()
-        self.found = found = self._pass.run(self._window, self.d, self.scales)
-        self._deadline.note_pass(len(self._window.times), began)
-        multipliers = found.held.multipliers.reshape(-1, max(self._pass.n_c, 1))
-        if found.held.active.any():
-            self._weights = np.maximum(self._weights, 2 * multipliers.max(axis=0))
-        step, P = found.mu - self.z[: len(found.mu)], self._window.prior.covariance
-        return LinearisedOptimum(
-            np.concatenate([found.mu, found.w.ravel()]),
-            found.length + float(step @ P @ step),
-            found.held.status,
-            bool((before != self._window.active).any()),
-        )
-
-    def propose(self, z: Array) -> float:
-        window, n_x = self._window, len(self.d)
-        mu, w = z[:n_x], z[n_x:].reshape(self._window.w.shape)
-        d = window.prior.covariance @ mu
-        x = self._pass.roll_out(window, d, w)
-        cost, scales = self._pass.measure(window, x, w)
-        self._candidate = z, d, x, scales
-        self._tried = self._pass.excess(window, x).sum(axis=0)
-        return cost + float(mu @ d) / 2
-
-    def penalty(self) -> float:
-        return float(self._weights @ self._violation)
-
-    def penalty_tried(self) -> float:
-        return float(self._weights @ self._tried)
-
-    def take(self) -> None:
-        self.z, self.d, self._window.x[:], self.scales = self._candidate
-        self._window.w[:] = self.z[len(self.d) :].reshape(self._window.w.shape)
-        self._violation = self._tried
-
-    def inner(self, a: Array, b: Array) -> float:
-        n_x, P = len(self.d), self._window.prior.covariance
-        return float(a[:n_x] @ P @ b[:n_x] + a[n_x:] @ b[n_x:])
 
 
 def _moved(found: Pass) -> Array:
@@ -350,14 +212,3 @@ def _moved(found: Pass) -> Array:
     np.divide(squares, variances, out=ratios, where=squares > 0)
     largest: Array = ratios.max(axis=1)
     return largest
-
-
-def _prior_multiplier(P: Array, d: Array) -> tuple[Array, float]:
-    """Return μ of d = P̄ μ and dᵀ P̄⁻¹ d; zero and infinity where P̄ has no Cholesky factor."""
-    try:
-        L = np.linalg.cholesky(P)
-    except np.linalg.LinAlgError:
-        return np.zeros(len(d)), np.inf
-    z = solve_triangular(L, d, lower=True, check_finite=False)
-    mu = solve_triangular(L, z, lower=True, trans=1, check_finite=False)
-    return mu, float(z @ z)

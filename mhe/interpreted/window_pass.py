@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,8 +10,9 @@ from estimation.function_call import FunctionCall
 from estimation.kalman_stage import KalmanStage, Prediction, Update
 from estimation.status import Status
 from mhe import constraint_rows
-from mhe.config import MheConfig
+from mhe.config import WindowConfig
 from mhe.interpreted.active_set import ActiveSet, Held
+from mhe.interpreted.pass_result import Forward, Pass, Smoothed
 from mhe.rules import most_active
 from mhe.stage_functions import spread_function, window_functions
 from mhe.window_memory import Scales, View
@@ -19,61 +20,10 @@ from models.arrays import Array
 from models.state_space import StateSpaceModel
 
 
-@dataclass(frozen=True, eq=False)
-class Forward:
-    """What the forward pass leaves: one update per stage, one prediction between two."""
-
-    updates: list[Update]
-    predictions: list[Prediction]
-    noises: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Smoothed:
-    """What the pass back leaves.
-
-    Parameters
-    ----------
-    d : (n, n_x) deviations of the linearised window's optimum from the trajectory
-    mu, w : (n_x,), (n - 1, n_w) multiplier of its prior, x_0 = x̄ ⊞ P̄ μ, and its noises
-    length : squared length of the step in whitened units, without the prior's part; NaN
-        where the pass is not finite
-    expected : (n, n_r) the optimum's residuals, in standard deviations of their noise, as the
-        linearised stages have them
-    oldest : where the pass ended; stages before this one have no new deviations, and their
-        noises are the window's
-    """
-
-    d: Array
-    mu: Array
-    w: Array
-    length: float
-    expected: Array
-    oldest: int
-
-
-@dataclass(frozen=True, eq=False)
-class Pass(Smoothed):
-    """Result of a pass over a window.
-
-    Parameters
-    ----------
-    newest : update of the newest stage
-    covariances : (n, n_x, n_x) P⁺ of the stages
-    held : rows that hold it, and their multipliers
-    row_std : (n, n_c) standard deviations of the rows
-    """
-
-    newest: Update
-    covariances: Array
-    held: Held
-    row_std: Array
-
-
 class WindowPass:
     """Cost, pass and roll-out on a window's views; the equations of mhe/*.c."""
 
-    def __init__(self, model: StateSpaceModel, config: MheConfig) -> None:
+    def __init__(self, model: StateSpaceModel, config: WindowConfig) -> None:
         self.stage = KalmanStage(model)
         functions = window_functions(model, *self.stage.functions)
         functions = [*functions, spread_function(model)]

@@ -14,9 +14,10 @@ from estimation.estimate import Estimate, Window
 from estimation.estimator import first_state, late_estimate, remarks
 from estimation.kalman_stage import KalmanStage, Update
 from estimation.recording import Measurement
+from estimation.settings import checked_config
 from estimation.status import Status
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse
-from mhe.config import MheConfig
+from mhe.config import MheIpoptConfig
 from mhe.constraint_rows import inequality_demanded
 from mhe.reference.window import WindowProblem
 from mhe.trajectory import Trajectory, WindowSolution
@@ -75,9 +76,9 @@ class MheIpopt:
 
     name = "mhe-ipopt"
 
-    def __init__(self, model: StateSpaceModel, config: MheConfig | None = None) -> None:
+    def __init__(self, model: StateSpaceModel, config: MheIpoptConfig | None = None) -> None:
         self.model = model
-        self.config = config or MheConfig()
+        self.config = checked_config(self.name, config, MheIpoptConfig)
         self._stage, self._weights = KalmanStage(model), Weights(model, self.config)
         self._problem = WindowProblem.build(model, self.config)
         self._solver = ca.nlpsol("mhe", "ipopt", self._problem.nlp, self._solver_options())

@@ -25,7 +25,7 @@ from scipy.linalg import solve_triangular
 
 from estimation.kalman_stage import rows_present, stacked_residual, without_gaps
 from estimation.recording import Measurement
-from mhe.config import MheConfig
+from mhe.config import WindowConfig
 from mhe.constraint_rows import inequality_demanded
 from mhe.loss import LEAST_SQUARES, huber, huber_weight
 from mhe.trajectory import Trajectory
@@ -56,7 +56,7 @@ class WindowProblem:
     bounded: tuple[int, ...]
 
     @classmethod
-    def build(cls, model: StateSpaceModel, config: MheConfig) -> WindowProblem:
+    def build(cls, model: StateSpaceModel, config: WindowConfig) -> WindowProblem:
         """Write down the problem for a model, a horizon and its losses."""
         n_intervals = config.horizon
         thresholds = config.thresholds([sensor.name for sensor in model.sensors])

@@ -15,7 +15,7 @@ from estimation.layout import Layout
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe import constraint_rows
-from mhe.config import MheConfig
+from mhe.config import RealTimeConfig
 from mhe.sparse_qp.sequential_qp import SequentialQp
 from mhe.trajectory import Trajectory
 from mhe.window_memory import View
@@ -32,7 +32,7 @@ class Fallback:
     """
 
     def __init__(
-        self, model: StateSpaceModel, config: MheConfig, memory: Layout, result: Layout
+        self, model: StateSpaceModel, config: RealTimeConfig, memory: Layout, result: Layout
     ) -> None:
         self._model, self._config = model, config
         self._memory, self._result = memory, result

@@ -18,7 +18,7 @@ from scipy.linalg import solve_triangular
 from estimation.kalman_stage import without_gaps
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheConfig, RealTimeConfig
 from mhe.constraint_rows import demanded
 from mhe.sparse_qp.osqp_window import OsqpWindow, QpSolution
 from mhe.trajectory import Trajectory, WindowSolution
@@ -71,7 +71,7 @@ class SequentialQp:
     config : horizon, tolerance, losses and most iterations
     """
 
-    def __init__(self, model: StateSpaceModel, config: MheConfig | None = None) -> None:
+    def __init__(self, model: StateSpaceModel, config: RealTimeConfig | None = None) -> None:
         self.model, self.config = model, config or MheConfig()
         self._weights, self._windows = Weights(model, self.config), dict[int, OsqpWindow]()
 
@@ -89,10 +89,15 @@ class SequentialQp:
         Parameters
         ----------
         guess : the first state and the noises; the states behind follow from them
+
+        Raises
+        ------
+        InputError
+            If there are none, or more than N + 1 measurements.
         """
-        n, config = len(measurements), self.config
-        if not 1 <= n <= config.horizon + 1:
-            raise InputError(f"a window of {n} measurements, expected 1 to {config.horizon + 1}")
+        n, most, scheme = len(measurements), self.config.horizon + 1, self.config.scheme
+        if not 1 <= n <= most:
+            raise InputError(f"a window of {n} measurements, expected 1 to {most}")
         if n not in self._windows:
             self._windows[n] = OsqpWindow(self.model, n)
         qp = self._windows[n]
@@ -100,9 +105,9 @@ class SequentialQp:
         point, part, iterations = self._start(prior, measurements, guess), 1.0, 1
         found = self._step(qp, point, measurements)
         qp_iterations, status = found.iterations, found.status
-        while found.solved and found.length > config.tolerance:
-            if iterations >= config.max_iterations or part < SHORTEST_PART:
-                limited = iterations >= config.max_iterations
+        while found.solved and found.length > scheme.tolerance:
+            if iterations >= scheme.max_iterations or part < SHORTEST_PART:
+                limited = iterations >= scheme.max_iterations
                 status = Status.ITERATION_LIMIT if limited else Status.SOLVER_FAILED
                 break
             there = self._moved(qp, point, found, part)

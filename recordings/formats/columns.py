@@ -17,6 +17,7 @@ import pandas as pd
 
 from models.arrays import Array
 from models.errors import InputError
+from models.names import did_you_mean
 from models.pen import PenConfig, kinematic_states
 from models.units import TIME_DIGITS, UNITS, accepted_names
 
@@ -65,7 +66,7 @@ def recording_columns(pen: PenConfig, units: Mapping[str, str]) -> dict[str, Col
 
 
 def column_units(
-    headers: Iterable[str], pen: PenConfig, units: Mapping[str, str] | None = None
+    headers: Iterable[str], pen: PenConfig, *, units: Mapping[str, str] | None = None
 ) -> Mapping[str, str]:
     """Return sensor name → the unit that its columns are read in, where they share one.
 
@@ -119,11 +120,18 @@ def check_units_given(
         if unit not in accepted:
             raise InputError(
                 f"{where}: unit {unit} of {sensor} is unknown, expected {' or '.join(accepted)}"
+                f"{did_you_mean(unit, accepted)}"
             )
 
 
 def numbers(cells: pd.Series, where: str) -> Array:
-    """Return a column's numbers (n,), NaN where a cell is empty; all else must be finite."""
+    """Return a column's numbers (n,), NaN where a cell is empty; all else must be finite.
+
+    Raises
+    ------
+    InputError
+        If a cell holds anything else; the message names column and row.
+    """
     if cells.dtype.kind in "mM":  # pandas would count a date's nanoseconds
         raise InputError(f"{where}: column {cells.name} holds {cells.dtype}, expected numbers")
     values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
@@ -137,7 +145,13 @@ def numbers(cells: pd.Series, where: str) -> Array:
 
 
 def increasing_times(time_s: Array, header: str, where: str) -> Array:
-    """Return times (n,) to the nanosecond; none may be missing, repeated or go backward."""
+    """Return times (n,) to the nanosecond; none may be missing, repeated or go backward.
+
+    Raises
+    ------
+    InputError
+        If one is or does; the message names the row.
+    """
     empty = np.flatnonzero(np.isnan(time_s))
     if len(empty):
         raise InputError(

@@ -10,6 +10,7 @@ Messages count rows, the elements of a file's list, from 1.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,9 @@ from scipy.spatial.transform import Rotation
 from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
+from models.pen import PenConfig
+from recordings.ink import Ink, ink_points_mm
+from recordings.written import WrittenRecording
 
 STYLUS_FILE, CAMERA_FILE, SCAN_FILE = "stylus_data.json", "camera_data.json", "scan.jpg"
 ROTATION_TOLERANCE = 1e-3
@@ -49,8 +53,46 @@ def is_dpoint_folder(path: Path) -> bool:
     return (path / STYLUS_FILE).is_file() and (path / CAMERA_FILE).is_file()
 
 
+def load_dpoint(
+    folder: Path, pen: PenConfig, *, units: Mapping[str, str] | None = None
+) -> WrittenRecording:
+    """Read a D-POINT folder with the camera delay and pressure threshold of a pen.
+
+    Raises
+    ------
+    InputError
+        If a file is missing or wrong, units are given (its are SI), or the pen has not
+        exactly one camera and one contact.
+    """
+    if not is_dpoint_folder(folder):
+        raise InputError(
+            f"recording {folder} is a folder without D-POINT's files, expected "
+            f"{STYLUS_FILE} and {CAMERA_FILE}"
+        )
+    if units:
+        raise InputError(
+            f"recording {folder}: units are given for a D-POINT folder, expected none: its are SI"
+        )
+    cameras: list[Any] = [s for s in pen.sensors.values() if s.sees_pose]
+    contacts: list[Any] = [s for s in pen.sensors.values() if s.reads_touch]
+    if len(cameras) != 1 or len(contacts) != 1:
+        raise InputError(
+            f"pen {pen.name}: expected one pose_camera and one contact to read a D-POINT folder "
+            "(its delay_s and pressure_threshold are needed)"
+        )
+    read = read_dpoint(
+        folder, cameras[0].delay_s, contacts[0].pressure_threshold, height_m=contacts[0].height_m
+    )
+    if read.scan is None:
+        return WrittenRecording(read.recording)
+    pressed = (read.pressure > contacts[0].pressure_threshold).astype(float)
+    return WrittenRecording(
+        read.recording, Ink(ink_points_mm(read.scan), read.pressure_time_s, pressed)
+    )
+
+
 def read_dpoint(
-    folder: str | Path, camera_delay_s: float, pressure_threshold: float, height_m: float = 0.0
+    folder: str | Path, camera_delay_s: float, pressure_threshold: float, *, height_m: float = 0.0
 ) -> DpointFolder:
     """Read a D-POINT folder.
 

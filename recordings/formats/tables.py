@@ -5,6 +5,9 @@ A recording has a column ``time_s`` (or ``time_ms``, ``time_us``) and columns
 (``accel_x_m_s2``, ``gyro_x_deg_s``) or given by option, else SI. Columns
 ``true_<state>`` hold the truth, in any unit of their row of `models.units`.
 
+A Parquet file that is written says in its metadata with which version: ``pen_mhe_version``. A CSV
+has no place for it that every reader would skip.
+
 An empty cell is a sensor without a reading. A CSV that says ``nan`` or ``inf``
 is refused; in Parquet an empty cell and NaN are the same.
 
@@ -27,16 +30,20 @@ from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig
+from models.version import version_metadata
 from recordings.formats.columns import (
     TIME,
     TRUTH_PREFIX,
     check_units_given,
+    column_units,
     expected_for,
     increasing_times,
     numbers,
     recording_columns,
     spellings,
 )
+from recordings.plausible_units import check_units
+from recordings.written import WrittenRecording
 
 TABLE_SUFFIXES = (".csv", ".parquet")
 
@@ -53,7 +60,7 @@ def read_table(path: Path) -> pd.DataFrame:
     if path.suffix not in TABLE_SUFFIXES:
         raise InputError(
             f"{where}: suffix {path.suffix or '(none)'} is unknown, "
-            "expected .csv, .parquet or a D-POINT folder"
+            f"expected {', '.join(TABLE_SUFFIXES)}"
         )
     try:
         is_empty = path.stat().st_size == 0
@@ -110,7 +117,7 @@ _READERS = MappingProxyType({".csv": _read_csv, ".parquet": _read_parquet})
 
 
 def prepare_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None:
-    """Refuse a suffix before the work that would be lost, and make folder and file.
+    """Refuse a suffix before the work that would be lost, and make the folder.
 
     Raises
     ------
@@ -124,8 +131,11 @@ def prepare_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None
         )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        is_new = not path.exists()
         with path.open("ab"):
             pass
+        if is_new:  # nobody should find an empty table where the work breaks off
+            path.unlink()
     except OSError as error:
         raise InputError(
             f"output {path}: {error.strerror}, expected a file that can be written"
@@ -133,16 +143,28 @@ def prepare_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table as CSV or Parquet by its suffix."""
+    """Write a table as CSV or Parquet by its suffix; Parquet says with which version."""
     prepare_output(path)
     if path.suffix == ".csv":
         table.to_csv(path, index=False)
     else:
-        table.to_parquet(path, index=False)
+        arrow = pyarrow.Table.from_pandas(table, preserve_index=False)
+        metadata = {**(arrow.schema.metadata or {}), **version_metadata()}
+        pyarrow.parquet.write_table(arrow.replace_schema_metadata(metadata), path)
+
+
+def load_table(
+    path: Path, pen: PenConfig, *, units: Mapping[str, str] | None = None
+) -> WrittenRecording:
+    """Read a recording from a table whose units make sense; see `recording_from_table`."""
+    table = read_table(path)
+    recording = recording_from_table(table, pen, str(path), units=units)
+    check_units(recording, pen, read_as=column_units(table.columns, pen, units=units))
+    return WrittenRecording(recording)
 
 
 def recording_from_table(
-    table: pd.DataFrame, pen: PenConfig, name: str, units: Mapping[str, str] | None = None
+    table: pd.DataFrame, pen: PenConfig, name: str, *, units: Mapping[str, str] | None = None
 ) -> Recording:
     """Turn a table into a recording of the pen's sensors that it has columns of.
 
@@ -206,7 +228,7 @@ def recording_from_table(
     if states:
         names = tuple(state.removeprefix(TRUTH_PREFIX) for state in states)
         truth = Truth(time_s, names, np.column_stack([values[state] for state in states]))
-    return Recording(name, time_s, MappingProxyType(readings), truth)
+    return Recording(name, time_s, readings, truth)
 
 
 def recording_to_table(recording: Recording, pen: PenConfig) -> pd.DataFrame:

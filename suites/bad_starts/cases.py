@@ -14,15 +14,17 @@ from types import MappingProxyType
 import numpy as np
 
 from estimation.recording import Recording
-from models.errors import InputError
+from models.frozen_mapping import FrozenMapping
 from models.gentle_hand import BY_SPEED
 from models.minimum_jerk import MinimumJerk
 from models.motions import motion_named
+from models.names import unknown
 from models.pen import PenConfig, Prior, ProcessNoise, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
-from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+from recordings.motion_list import DRAWN
+from recordings.simulate_pen import simulate, simulate_model
 
 FROM_REST = "strokes from rest"
 """A motion of its own for every seed: rest, then minimum-jerk strokes to drawn points."""
@@ -178,13 +180,13 @@ CASES: Mapping[str, BadStart] = MappingProxyType(
 def case_named(name: str) -> BadStart:
     """Return a case of the table; raises `InputError` for an unknown one."""
     if name not in CASES:
-        raise InputError(f"case {name} is unknown, expected one of {', '.join(CASES)}")
+        raise unknown("case", name, CASES)
     return CASES[name]
 
 
 def case_pen(case: BadStart) -> PenConfig:
     """Return the reference pen with what is known of it in a case."""
-    pen, knowledge = find_pen("reference"), KNOWLEDGE[case.knowledge]
+    pen, knowledge = load_pen("reference"), KNOWLEDGE[case.knowledge]
     sensors = dict(pen.sensors)
     for name in () if knowledge.biases else case.sensors:
         fields = [field for field in type(sensors[name]).model_fields if field.startswith("bias_")]
@@ -195,7 +197,7 @@ def case_pen(case: BadStart) -> PenConfig:
             "degrees_of_freedom": case.degrees_of_freedom,
             "prior": Prior.model_validate({**prior, **knowledge.prior}),
             "process_noise": ProcessNoise.model_validate({**noise, **knowledge.process_noise}),
-            "sensors": MappingProxyType(sensors),
+            "sensors": FrozenMapping(sensors),
         }
     )
 
@@ -209,9 +211,11 @@ def case_model(case: BadStart) -> StateSpaceModel:
 def case_recording(case: BadStart, seed: int) -> Recording:
     """Return the recording of a seed, with its truth."""
     if case.motion == DRAWN:
-        return simulate_model(case_model(case), case.duration_s, seed)
+        return simulate_model(case_model(case), duration_s=case.duration_s, seed=seed)
     motion = strokes_from_rest(seed) if case.motion == FROM_REST else motion_named(case.motion)
-    return simulate_recording(case_pen(case), case.sensors, motion, case.duration_s, seed)
+    return simulate(
+        case_pen(case), case.sensors, motion=motion, duration_s=case.duration_s, seed=seed
+    )
 
 
 def strokes_from_rest(seed: int, duration_s: float = BadStart.duration_s) -> MinimumJerk:

@@ -23,9 +23,9 @@ from benchmark.configurations import BENCHMARK_ESTIMATORS
 from estimation.estimator import Estimator, run
 from models.arrays import Array
 from models.pen import PenConfig, moving_pen
+from models.priors import replaced_prior
 from models.random_streams import seed_sequence, stream
-from models.replaced_prior import replaced_prior
-from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.estimators import create_estimator
 from suites.bad_starts.cases import KNOWLEDGE, BadStart, case_model, case_pen, case_recording
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class BadStartRun:
 
 
 def run_bad_start(
-    case: BadStart, estimator: str, seed: int, settings: EstimatorSettings | None = None
+    case: BadStart, estimator: str, seed: int, settings: Mapping[str, Any] | None = None
 ) -> BadStartRun:
     """Run one estimator from one wrong start.
 
@@ -88,7 +88,7 @@ def run_bad_start(
     if settings is None:
         chosen = _kept(replace(case, label="", wrong_rad=0.0, told_std_rad=None), estimator)
     else:
-        chosen = create_estimator(estimator, model, settings)
+        chosen = create_estimator(estimator, model, **(settings or {}))
     history = run(chosen, blind, prior=told)
     rate_error = body_rates(pen, history.mean) - body_rates(pen, true)
     judged = ["xyz".index(axis) for axis in case.rate_axes]

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from benchmark.console import console, print_table
-from benchmark.runner.independent import finished
+from benchmark.runner.kept import Jobs, kept_results
 from estimation.output_folder import prepare_folder
 from models.arrays import Array
 from pen_mhe.estimators import check_estimator
@@ -69,6 +69,10 @@ class BadStartTask:
     estimator: str
     seeds: range
 
+    def pair(self) -> tuple[str, str]:
+        """Return case and estimator: one is built for all runs of them."""
+        return self.case, self.estimator
+
 
 def run_bad_starts(
     output: Path, cases: Sequence[str], estimators: Sequence[str], runs: int, jobs: int
@@ -85,11 +89,12 @@ def run_bad_starts(
         for estimator in estimators
         for first in range(0, runs, RUNS_PER_TASK)
     ]
-    done = finished("bad starts", _run_task, tasks, jobs)
-    found = {task: future.result() for task, future in done}
+    found = kept_results(
+        "bad-starts", _run_task, tasks, output, jobs=Jobs(jobs, row=BadStartTask.pair)
+    )
     by_pair: dict[tuple[str, str], list[BadStartRun]] = {}
-    for task in tasks:
-        by_pair.setdefault((task.case, task.estimator), []).extend(found[task])
+    for task, of_task in zip(tasks, found, strict=True):
+        by_pair.setdefault(task.pair(), []).extend(of_task)
     rows = {
         (case, estimator): summary(case_named(case), estimator, of_pair)
         for (case, estimator), of_pair in by_pair.items()

@@ -12,16 +12,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from estimation.consistency import nees, nis
 from estimation.estimator import run
 from models.arrays import Array
-from models.errors import InputError
+from models.names import unknown
 from models.pen import PenConfig, Prior, ProcessNoise, pen_model
-from pen_mhe.estimators import EstimatorSettings, create_estimator
-from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+from pen_mhe.estimators import create_estimator
+from recordings.motion_list import DRAWN
+from recordings.simulate_pen import simulate, simulate_model
 
 
 @dataclass(frozen=True)
@@ -123,7 +125,7 @@ def case_pen(pen: PenConfig, case: ConsistencyCase) -> PenConfig:
 def case_named(name: str) -> ConsistencyCase:
     """Return a case of the table; raises `InputError` for an unknown one."""
     if name not in CASES:
-        raise InputError(f"case {name} is unknown, expected one of {', '.join(CASES)}")
+        raise unknown("case", name, CASES)
     return CASES[name]
 
 
@@ -133,21 +135,23 @@ def run_case(
     case: ConsistencyCase,
     estimator: str,
     seeds: Iterable[int],
-    settings: EstimatorSettings | None = None,
+    settings: Mapping[str, Any] | None = None,
 ) -> ConsistencyRuns:
     """Run one estimator on the recordings of one case, one per seed."""
     pen = case_pen(pen, case)
     # A truth that is drawn knows of no writing area.
     model = pen_model(pen, sensors, writing_area=case.motion != DRAWN)
-    built = create_estimator(estimator, model, settings)
+    built = create_estimator(estimator, model, **(settings or {}))
     mean_nees, nis_per_row = [], []
     for seed in seeds:
         if case.motion == DRAWN:
-            recording = simulate_model(model, case.duration_s, seed)
+            recording = simulate_model(model, duration_s=case.duration_s, seed=seed)
         else:
-            recording = simulate_recording(pen, sensors, case.motion, case.duration_s, seed)
+            recording = simulate(
+                pen, sensors, motion=case.motion, duration_s=case.duration_s, seed=seed
+            )
         assert recording.truth is not None
-        history = run(built, recording)
+        history = run(built, recording, covariances=True)
         states = recording.truth.states(model.state_names, history.time_s)
         squared, rows = nis(history, model.measured_rows)
         mean_nees.append(nees(model, history, states).mean())

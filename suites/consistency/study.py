@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from benchmark.console import console, print_table
-from benchmark.runner.independent import finished
+from benchmark.runner.kept import Jobs, kept_results
+from estimation.output_folder import prepare_folder
 from models.pen import PenConfig, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from pen_mhe.estimators import check_estimator
-from recordings.simulate_pen import DRAWN
+from recordings.motion_list import DRAWN
 from suites.consistency.run import ConsistencyRuns, case_named, joined, run_case
 
 RUNS_PER_TASK = 5
@@ -31,8 +33,13 @@ class ConsistencyTask:
     estimator: str
     seeds: range
 
+    def pair(self) -> tuple[str, str]:
+        """Return case and estimator."""
+        return self.case, self.estimator
+
 
 def run_consistency(
+    output: Path,
     pen: str,
     sensors: Sequence[str] | None,
     cases: Sequence[str],
@@ -40,13 +47,19 @@ def run_consistency(
     runs: int,
     jobs: int,
 ) -> None:
-    """Run every case with every estimator and print the table."""
-    config = find_pen(pen)
+    """Run every case with every estimator and print the table.
+
+    Parameters
+    ----------
+    output : folder that keeps what is finished
+    """
+    config = load_pen(pen)
     pen_model(config, sensors)
     for estimator in estimators:
         check_estimator(estimator)
     for case in cases:
         case_named(case)
+    prepare_folder(output)
     tasks = [
         ConsistencyTask(
             config, sensors, case, estimator, range(first, min(first + RUNS_PER_TASK, runs))
@@ -55,14 +68,13 @@ def run_consistency(
         for estimator in estimators
         for first in range(0, runs, RUNS_PER_TASK)
     ]
-    found: dict[tuple[str, str], dict[int, ConsistencyRuns]] = {}
-    for task, future in finished("consistency", _run_task, tasks, jobs):
-        found.setdefault((task.case, task.estimator), {})[task.seeds[0]] = future.result()
-    rows = [
-        _row(case, estimator, joined(part for _, part in sorted(found[case, estimator].items())))
-        for case in cases
-        for estimator in estimators
-    ]
+    found = kept_results(
+        "consistency", _run_task, tasks, output, jobs=Jobs(jobs, row=ConsistencyTask.pair)
+    )
+    by_pair: dict[tuple[str, str], list[ConsistencyRuns]] = {}
+    for task, of_task in zip(tasks, found, strict=True):
+        by_pair.setdefault(task.pair(), []).append(of_task)
+    rows = [_row(*pair, joined(parts)) for pair, parts in by_pair.items()]
     print_table(
         f"{config.name}, {runs} runs each",
         [

@@ -7,15 +7,15 @@ import time
 import numpy as np
 
 from benchmark.tasks.task import Quantity
+from classical_baseline.attitude import direction_cosines
 from classical_baseline.differential import (
     angular_acceleration_without_roll,
     centre_specific_force,
     differential_solution,
 )
-from classical_baseline.direction_cosines import direction_cosines
-from classical_baseline.even_step import even_step
-from classical_baseline.gesture_path import gesture_path
+from classical_baseline.gesture import gesture_path
 from classical_baseline.gyro_free import GyroFreeRate, integrate_rate
+from classical_baseline.sampling import even_step
 from models.arrays import Array
 from suites.gyro_free.cases import CLASSICAL
 from suites.gyro_free.gesture import GestureMotion

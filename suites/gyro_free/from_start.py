@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
+from types import MappingProxyType
 from typing import Any
 
 from estimation.estimate import EstimateHistory
 from estimation.estimator import Estimator, run
 from estimation.recording import Recording
-from mhe.config import MheConfig
 from models.gaussian import GaussianState
-from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.estimators import create_estimator, settings_read
 from suites.gyro_free.pen import TwoAccelerometers, two_accelerometers
 
-SETTINGS = EstimatorSettings(mhe=MheConfig(tolerance=1e-5, max_iterations=30))
-"""1e-5 of a standard deviation is nothing, and 30 iterations bound the time of a task."""
+SETTINGS: Mapping[str, Any] = MappingProxyType({"tolerance": 1e-5, "max_iterations": 30})
+"""Of what iterates: 1e-5 of a standard deviation is nothing, and 30 iterations bound the time
+of a task."""
 
 
 def run_from(
@@ -33,4 +35,4 @@ def run_from(
 
 @cache
 def _estimator(name: str, pen: TwoAccelerometers) -> Estimator[Any]:
-    return create_estimator(name, two_accelerometers(pen)[1], SETTINGS)
+    return create_estimator(name, two_accelerometers(pen)[1], **settings_read(name, SETTINGS))

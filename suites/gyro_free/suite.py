@@ -8,6 +8,7 @@ from pathlib import Path
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task
 from models.errors import InputError
+from models.names import unknown
 from suites.gyro_free.array_pairs import FOLDER, PARTS
 from suites.gyro_free.array_task import run_array
 from suites.gyro_free.cases import ARRAY_CASES, ARRAY_CLASSICAL, CASES, MODEL_BASED, TWO_ACCELS
@@ -48,14 +49,19 @@ def array_tasks(seeds: int, segments: Mapping[str, int]) -> list[Task]:
 
 
 def run(task: Task, scope: Scope) -> Outcome:
-    """Run one task."""
+    """Run one task.
+
+    Raises
+    ------
+    InputError
+        If its case is unknown, or has no data.
+    """
     if task.case in ARRAY_CASES:
         if scope.data is None:
             raise InputError(f"case {task.case} has no data, expected a folder of recordings")
         return run_array(task, scope.data)
     if task.case not in CASES:
-        known = ", ".join((*CASES, *ARRAY_CASES))
-        raise InputError(f"case {task.case} is unknown, expected one of {known}")
+        raise unknown("case", task.case, (*CASES, *ARRAY_CASES))
     return run_simulated(task)
 
 

@@ -23,13 +23,15 @@ from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
-from models.pen_file import find_pen
+from models.names import unknown
+from models.pen_file import load_pen
 from models.random_streams import stream
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable
 from models.units import split_unit
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import DRAWN, simulate_model, simulate_recording
+from recordings.motion_list import DRAWN
+from recordings.simulate_pen import simulate, simulate_model
 from recordings.simulate_turntable import simulate_table
 from suites.optimum.kinds import KINDS, WindowKind
 
@@ -83,7 +85,13 @@ class WindowCase:
 def window_table(
     windows: int, seed: int = 0, horizons: Sequence[int] = HORIZONS
 ) -> tuple[WindowKey, ...]:
-    """Return the keys of a table: models and kinds in turn, no two with the same seed."""
+    """Return the keys of a table: models and kinds in turn, no two with the same seed.
+
+    Raises
+    ------
+    InputError
+        If it would be empty.
+    """
     if windows < 1:
         raise InputError(f"windows is {windows}, expected at least 1")
     pairs = list(product(KINDS, window_models()))
@@ -97,13 +105,17 @@ def window_table(
 
 
 def window_case(key: WindowKey) -> WindowCase:
-    """Return the window of a key, always the same one."""
+    """Return the window of a key, always the same one.
+
+    Raises
+    ------
+    InputError
+        If model or kind is unknown.
+    """
     if key.model not in window_models():
-        raise InputError(
-            f"model {key.model} is unknown, expected one of {', '.join(window_models())}"
-        )
+        raise unknown("model", key.model, window_models())
     if key.kind not in KINDS:
-        raise InputError(f"window kind {key.kind} is unknown, expected one of {', '.join(KINDS)}")
+        raise unknown("window kind", key.kind, KINDS)
     model, kind = window_models()[key.model], KINDS[key.kind]
     root = np.random.SeedSequence(key.seed)
     start = stream(root, "start")
@@ -146,13 +158,13 @@ def _recording(
     body, seed = key.model.split()[0], int(rng.integers(2**31))
     if body == "turntable":
         if rng.choice(kind.table_motions) == DRAWN:
-            return simulate_model(model, duration_s, seed)
+            return simulate_model(model, duration_s=duration_s, seed=seed)
         return simulate_table(paper_turntable(), duration_s, seed)
-    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": int(body[3:])})
+    pen = load_pen("reference").model_copy(update={"degrees_of_freedom": int(body[3:])})
     motion = str(rng.choice(kind.motions))
     speed = 1.0 if motion == DRAWN else float(rng.uniform(*kind.speed))
     sensors = [sensor.name for sensor in model.measured_sensors]
-    return simulate_recording(pen, sensors, motion, duration_s, seed, speed)
+    return simulate(pen, sensors, motion=motion, duration_s=duration_s, seed=seed, speed=speed)
 
 
 def _carried(model: str, measurements: Sequence[Measurement]) -> GaussianState:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from models.motions import motions
-from recordings.simulate_pen import DRAWN
+from recordings.motion_list import DRAWN
 
 TABLE = "table"
 """The turntable's motion at its constant rates."""

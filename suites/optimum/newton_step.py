@@ -21,7 +21,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from estimation.recording import Measurement
-from mhe.config import MheConfig
+from mhe.config import WindowConfig
 from mhe.reference.window import WindowProblem
 from mhe.trajectory import Trajectory
 from models.arrays import Array
@@ -48,9 +48,15 @@ class NewtonStep:
 
 
 class NewtonCheck:
-    """Newton steps of windows with N + 1 stages of a model without bounds and inequalities."""
+    """Newton steps of windows with N + 1 stages of a model without bounds and inequalities.
 
-    def __init__(self, model: StateSpaceModel, config: MheConfig) -> None:
+    Raises
+    ------
+    InputError
+        If the model has bounds or inequalities.
+    """
+
+    def __init__(self, model: StateSpaceModel, config: WindowConfig) -> None:
         self.model, self._problem = model, WindowProblem.build(model, config)
         x, p, f, g = (self._problem.nlp[name] for name in ("x", "p", "f", "g"))
         if g.numel() != model.n_x * (config.horizon + 1):

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mhe.config import MheConfig
+from mhe.config import MheIpoptConfig
 from mhe.reference.ipopt import MheIpopt
 from mhe.trajectory import Trajectory, WindowSolution
 from models.arrays import Array
@@ -49,7 +49,7 @@ class Reference:
 class IpoptReference:
     """IPOPT, in one or two runs."""
 
-    def __init__(self, model: StateSpaceModel, settings: MheConfig) -> None:
+    def __init__(self, model: StateSpaceModel, settings: MheIpoptConfig) -> None:
         self._model, self._settings = model, settings
         self._first, self._check = MheIpopt(model, settings), NewtonCheck(model, settings)
 

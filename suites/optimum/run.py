@@ -19,7 +19,7 @@ import numpy as np
 
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheIpoptConfig
 from mhe.realtime import Mhe
 from mhe.trajectory import Trajectory, WindowSolution
 from models.gaussian import GaussianState
@@ -38,7 +38,7 @@ SETTINGS = MheConfig(tolerance=1e-10, max_iterations=5000)
 """Of the solver that is compared. Where Gauss-Newton converges slowly, the way left is up to a
 hundred times as long as its next step; 5000 passes take half a second, so that the number of
 passes ends nothing."""
-IPOPT_SETTINGS = MheConfig(tolerance=1e-12, max_iterations=500)
+IPOPT_SETTINGS = MheIpoptConfig(tolerance=1e-12, max_iterations=500)
 """Of each run of IPOPT; more iterations than these, some seconds, leave it where it stands."""
 
 SAME, ABOVE, BELOW, IPOPT_FAILED = "same", "above", "below", "ipopt failed"
@@ -193,5 +193,5 @@ def _built(
     solver: str, model: StateSpaceModel, horizon: int
 ) -> tuple[WindowSolver, IpoptReference]:
     """Return solver and reference; windows of one model and horizon come in a row."""
-    ours, its = (replace(settings, horizon=horizon) for settings in (SETTINGS, IPOPT_SETTINGS))
+    ours, its = replace(SETTINGS, horizon=horizon), replace(IPOPT_SETTINGS, horizon=horizon)
     return SOLVERS[solver](model, ours), IpoptReference(model, its)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 
 from benchmark.console import console, print_table
-from benchmark.runner.independent import finished
+from benchmark.runner.kept import Jobs, kept_results
 from estimation.output_folder import prepare_folder
 from suites.optimum.cases import WindowKey, window_table
 from suites.optimum.kinds import KINDS
@@ -43,7 +43,7 @@ def run_optimum(output: Path, windows: int, jobs: int, seed: int = 0) -> None:
     seed : of the first window
     """
     prepare_folder(output)
-    rows = compare_all(window_table(windows, seed), jobs)
+    rows = compare_all(window_table(windows, seed), output, jobs)
     as_table(rows).to_csv(output / "optimum.csv", index=False)
     _print_kinds(rows)
     _print_summary(summary(rows))
@@ -53,12 +53,16 @@ def run_optimum(output: Path, windows: int, jobs: int, seed: int = 0) -> None:
     )
 
 
-def compare_all(keys: Sequence[WindowKey], jobs: int) -> list[WindowRow]:
-    """Compare windows in processes; rows in the order of the keys."""
-    found: dict[WindowKey, WindowRow] = {}
-    for _, future in finished("optimum", _run, _tasks(keys), jobs):
-        found |= {row.key: row for row in future.result()}
-    return [found[key] for key in keys]
+def compare_all(keys: Sequence[WindowKey], folder: Path, jobs: int) -> list[WindowRow]:
+    """Compare windows in processes; rows in the order of the keys.
+
+    Parameters
+    ----------
+    folder : keeps what is finished
+    """
+    found = kept_results("optimum", _run, _tasks(keys), folder, jobs=Jobs(jobs, row=_problem))
+    by_key = {row.key: row for rows in found for row in rows}
+    return [by_key[key] for key in keys]
 
 
 def as_table(rows: Sequence[WindowRow]) -> pd.DataFrame:
@@ -76,16 +80,17 @@ def as_table(rows: Sequence[WindowRow]) -> pd.DataFrame:
 
 def _tasks(keys: Sequence[WindowKey]) -> list[tuple[WindowKey, ...]]:
     """Return few windows at a time, of one model and horizon: solvers are built for these."""
-
-    def problem(key: WindowKey) -> tuple[str, int]:
-        return key.model, key.horizon
-
-    groups = [tuple(group) for _, group in groupby(sorted(keys, key=problem), problem)]
+    alike = sorted(keys, key=lambda key: _problem([key]))
+    groups = [tuple(group) for _, group in groupby(alike, lambda key: _problem([key]))]
     return [
         group[first : first + WINDOWS_PER_TASK]
         for group in groups
         for first in range(0, len(group), WINDOWS_PER_TASK)
     ]
+
+
+def _problem(keys: Sequence[WindowKey]) -> tuple[str, int]:
+    return keys[0].model, keys[0].horizon
 
 
 def _run(keys: Sequence[WindowKey]) -> list[WindowRow]:

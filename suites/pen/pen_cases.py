@@ -10,7 +10,7 @@ from types import MappingProxyType
 from benchmark.configurations import BENCHMARK_ESTIMATORS, CONFIGURATIONS
 from models.gentle_hand import BY_SPEED
 from models.pen import PenConfig, Prior, ProcessNoise
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 
 PEN_ESTIMATORS = BENCHMARK_ESTIMATORS
 MOTION, DURATION_S = "handwriting", 4.0
@@ -91,7 +91,7 @@ def assumed_pen(case: str) -> PenConfig:
 
 def _fit(degrees_of_freedom: int, speed: float) -> PenConfig:
     """Return the reference pen, its prior and process noise fit for handwriting at a speed."""
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     fitted = {
         part: {name: value * speed**exponent for name, (value, exponent) in row.items()}
         for part, row in BY_SPEED.items()

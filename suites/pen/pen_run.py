@@ -20,8 +20,8 @@ from models.pen import pen_model
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import ERROR_COLUMNS, state_errors
 from pen_mhe.estimators import create_estimator
-from pen_mhe.observe import judge
-from recordings.simulate_pen import simulate_recording
+from pen_mhe.sensor_verdict import judge
+from recordings.simulate_pen import simulate
 from suites.pen.pen_cases import DURATION_S, MOTION, PEN_CASES, REFERENCE, assumed_pen, moving_pen
 
 SETTLING_S = 1.0
@@ -102,13 +102,13 @@ def pen_quantities(
 
 
 def _recording(case: str, sensors: str, seed: int) -> Recording:
-    return simulate_recording(
+    return simulate(
         moving_pen(case),
         CONFIGURATIONS[sensors].sensors,
-        MOTION,
-        DURATION_S,
-        seed,
-        PEN_CASES[case].speed,
+        motion=MOTION,
+        duration_s=DURATION_S,
+        seed=seed,
+        speed=PEN_CASES[case].speed,
     )
 
 

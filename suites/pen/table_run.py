@@ -18,13 +18,13 @@ from benchmark.tasks.task import OK, Outcome, Quantity, Task
 from estimation.estimator import Estimator, run
 from estimation.observability import Verdict
 from models.arrays import Array
+from models.priors import replaced_prior
 from models.random_streams import seed_sequence, stream
-from models.replaced_prior import replaced_prior
 from models.table_motion import table_motions
 from models.turntable import TILTS, paper_turntable, turntable_model
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import create_estimator
-from pen_mhe.observe import judge
+from pen_mhe.sensor_verdict import judge
 from recordings.simulate_turntable import simulate_stroke, simulate_table
 from suites.pen.turntable_starts import StartTrial, run_start
 

@@ -30,11 +30,12 @@ from estimation.estimator import Estimator, run
 from estimation.recording import Truth
 from models.arrays import Array
 from models.errors import InputError
+from models.names import unknown
+from models.priors import replaced_prior
 from models.random_streams import seed_sequence, stream
-from models.replaced_prior import replaced_prior
 from models.turntable import TurntableConfig, mirror, paper_turntable, turntable_model
 from pen_mhe.errors import state_errors
-from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.estimators import create_estimator
 from recordings.simulate_turntable import simulate_table
 
 if TYPE_CHECKING:
@@ -61,8 +62,13 @@ class StartTrial:
     judged_s : the end of a run by which it is judged
     limit_rad : RMS error of φ and of θ below which a run has settled, below a quarter turn;
         larger calls fewer runs lost
-    settings : of the estimators
+    settings : of the estimator, by name
     table : the turntable; both its axes run at their rates
+
+    Raises
+    ------
+    InputError
+        If the configuration is unknown, or a number is outside its range.
     """
 
     configuration: str
@@ -71,15 +77,12 @@ class StartTrial:
     duration_s: float = 5.0
     judged_s: float = 1.0
     limit_rad: float = math.radians(10.0)
-    settings: EstimatorSettings = field(default_factory=EstimatorSettings)
+    settings: Mapping[str, Any] = field(default_factory=dict)
     table: TurntableConfig = field(default_factory=paper_turntable)
 
     def __post_init__(self) -> None:
         if self.configuration not in TURNTABLE_CONFIGURATIONS:
-            raise InputError(
-                f"turntable configuration {self.configuration} is unknown, "
-                f"expected one of {', '.join(TURNTABLE_CONFIGURATIONS)}"
-            )
+            raise unknown("turntable configuration", self.configuration, TURNTABLE_CONFIGURATIONS)
         if not 0 <= self.start_error_rad < math.inf:
             raise InputError(f"start_error_rad is {self.start_error_rad}, expected 0 or more")
         if not 0 < self.judged_s <= self.duration_s:
@@ -152,7 +155,7 @@ def start_estimator(trial: StartTrial) -> Estimator[Any]:
     """Return the estimator of a trial, which serves all its starts and seeds."""
     sensors = TURNTABLE_CONFIGURATIONS[trial.configuration].sensors
     model = turntable_model(trial.table, sensors)
-    return create_estimator(trial.estimator, model, trial.settings)
+    return create_estimator(trial.estimator, model, **trial.settings)
 
 
 def run_start(

@@ -11,10 +11,11 @@ tilt is as good or bad as with the rigid body.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -28,10 +29,7 @@ from models.printed import PRINTED_ERRORS, PrintedError
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, state_errors
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import simulate_recording
-
-if TYPE_CHECKING:
-    import pandas as pd
+from recordings.simulate_pen import simulate
 
 MOTION = "handwriting"
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0)
@@ -125,56 +123,73 @@ def paper_pen(errors: Sequence[PrintedError] = (), speed: float = 1.0) -> PenCon
 def simulated(speed: float, seed: int, duration_s: float) -> Recording:
     """Simulate the rigid body at a speed, all its sensors; a seed is one motion and its noise."""
     pen = paper_pen(speed=speed)
-    return simulate_recording(pen, None, MOTION, duration_s, seed, speed)
+    return simulate(pen, None, motion=MOTION, duration_s=duration_s, seed=seed, speed=speed)
 
 
-def printed_cost(
-    speeds: Sequence[float] = SPEEDS,
-    seeds: Sequence[int] = SEEDS,
-    duration_s: float = DURATION_S,
-    on_run: Callable[[int], None] | None = None,
-) -> pd.DataFrame:
-    """Return what every model costs at every speed with every configuration.
+@dataclass(frozen=True)
+class CostTask:
+    """A model at a speed with the sensors of a configuration.
 
     Parameters
     ----------
-    speeds : factors of the motion's own speed
+    speed : factor of the motion's own speed
+    sensors : a key of `CONFIGURATIONS`
+    model : a key of `MODELS`
     seeds : of motion and noise; at least two
-    on_run : called after every run of an estimator
-
-    Returns
-    -------
-    One row per speed, sensors and model: ``tip_speed_mm_s`` (RMS),
-    ``accel_error_m_s2`` (RMS length of what the model's accelerometer says too
-    much), ``accel_noise_m_s2`` (std of one axis); RMS errors of the estimate,
-    mean over the seeds, and their standard deviation ``…_spread``; NaN where
-    the sensors cannot see a state.
+    duration_s : of each run
     """
-    rows = []
-    for speed in speeds:
-        recordings = [simulated(speed, seed, duration_s) for seed in seeds]
-        velocities = [_tip_velocity(recording) for recording in recordings]
-        for label, configuration in CONFIGURATIONS.items():
-            models = {
-                name: pen_model(paper_pen(errors, speed), configuration.sensors)
-                for name, errors in MODELS.items()
-            }
-            for name, model in models.items():
-                too_much = [accelerometer_error(model, models[RIGID_BODY], r) for r in recordings]
-                rows.append(
-                    {
-                        "speed": speed,
-                        "tip_speed_mm_s": 1e3 * _length_rms(velocities),
-                        "sensors": label,
-                        "model": name,
-                        "accel_error_m_s2": _length_rms(too_much),
-                        "accel_noise_m_s2": float(model.sensor("accel").noise_std[0]),
-                        **_estimation_errors(model, recordings, configuration.columns, on_run),
-                    }
-                )
-    import pandas as pd  # slow to import, for tables only
 
-    return pd.DataFrame(rows)
+    speed: float
+    sensors: str
+    model: str
+    seeds: tuple[int, ...] = SEEDS
+    duration_s: float = DURATION_S
+
+
+def cost_tasks(
+    speeds: Sequence[float] = SPEEDS,
+    seeds: Sequence[int] = SEEDS,
+    duration_s: float = DURATION_S,
+) -> list[CostTask]:
+    """Return every model at every speed with every configuration."""
+    return [
+        CostTask(speed, sensors, model, tuple(seeds), duration_s)
+        for speed in speeds
+        for sensors in CONFIGURATIONS
+        for model in MODELS
+    ]
+
+
+def cost_row(task: CostTask) -> dict[str, Any]:
+    """Return what a model costs.
+
+    ``tip_speed_mm_s`` (RMS), ``accel_error_m_s2`` (RMS length of what the model's
+    accelerometer says too much), ``accel_noise_m_s2`` (std of one axis); RMS errors of the
+    estimate, mean over the seeds, and their standard deviation ``…_spread``; NaN where the
+    sensors cannot see a state.
+    """
+    recordings = _recordings(task.speed, task.seeds, task.duration_s)
+    rigid, model = (_model(task.speed, task.sensors, name) for name in (RIGID_BODY, task.model))
+    too_much = [accelerometer_error(model, rigid, recording) for recording in recordings]
+    return {
+        "speed": task.speed,
+        "tip_speed_mm_s": 1e3 * _length_rms([_tip_velocity(each) for each in recordings]),
+        "sensors": task.sensors,
+        "model": task.model,
+        "accel_error_m_s2": _length_rms(too_much),
+        "accel_noise_m_s2": float(model.sensor("accel").noise_std[0]),
+        **_estimation_errors(model, recordings, CONFIGURATIONS[task.sensors].columns),
+    }
+
+
+@lru_cache(maxsize=1)
+def _recordings(speed: float, seeds: tuple[int, ...], duration_s: float) -> tuple[Recording, ...]:
+    return tuple(simulated(speed, seed, duration_s) for seed in seeds)
+
+
+@lru_cache(maxsize=2)
+def _model(speed: float, sensors: str, name: str) -> StateSpaceModel:
+    return pen_model(paper_pen(MODELS[name], speed), CONFIGURATIONS[sensors].sensors)
 
 
 def accelerometer_error(
@@ -190,7 +205,6 @@ def _estimation_errors(
     model: StateSpaceModel,
     recordings: Sequence[Recording],
     columns: Sequence[str],
-    on_run: Callable[[int], None] | None,
 ) -> dict[str, float]:
     """Return mean and spread over the recordings of the RMS error per column."""
     estimator = create_estimator("ekf", model)
@@ -200,8 +214,6 @@ def _estimation_errors(
         history = run(estimator, recording.select(measured))
         settled = state_errors(model, history, _truth(recording))[history.time_s >= SETTLING_S]
         runs.append(root_mean_square(model, settled, {c: ERROR_COLUMNS[c] for c in columns}))
-        if on_run:
-            on_run(1)
     result = {}
     for column in COLUMNS:
         values = np.array([errors.get(column, np.nan) for errors in runs])

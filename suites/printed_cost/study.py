@@ -14,7 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, ScalarFormatter
 
-from benchmark.console import console, print_table, progress
+from benchmark.console import console, print_table
+from benchmark.runner.kept import Jobs, kept_results
 from estimation.output_folder import prepare_folder
 from pen_mhe.errors import NOT_OBSERVABLE
 from pen_mhe.figures import save
@@ -22,12 +23,12 @@ from suites.printed_cost.run import (
     AS_PRINTED,
     CONFIGURATIONS,
     DURATION_S,
-    MODELS,
     MOTION,
     RIGID_BODY,
     SEEDS,
     SPEEDS,
-    printed_cost,
+    cost_row,
+    cost_tasks,
 )
 
 STYLES: Mapping[str, Mapping[str, Any]] = {
@@ -64,12 +65,11 @@ def run_printed_cost(
     Parameters
     ----------
     output : folder to write to
-    speeds, seeds, duration_s : of `suites.printed_cost.run.printed_cost`
+    speeds, seeds, duration_s : of `suites.printed_cost.run.cost_tasks`
     """
     prepare_folder(output)
-    with progress("printed cost") as start:
-        advance = start(len(speeds) * len(CONFIGURATIONS) * len(MODELS) * len(seeds))
-        table = printed_cost(speeds, seeds, duration_s, advance)
+    tasks = cost_tasks(speeds, seeds, duration_s)
+    table = pd.DataFrame(kept_results("printed-cost", cost_row, tasks, output, jobs=Jobs()))
     table.to_csv(output / "printed_cost.csv", index=False, na_rep=NOT_OBSERVABLE)
     save(printed_cost_figure(table), output / "printed_cost.png")
     columns, rows = _readable(table)
@@ -103,7 +103,7 @@ def printed_cost_figure(table: pd.DataFrame) -> Figure:
 
     Parameters
     ----------
-    table : of `suites.printed_cost.run.printed_cost`
+    table : rows of `suites.printed_cost.run.cost_row`
     """
     figure = plt.figure(figsize=(12, 6.2), layout="constrained")
     grid = figure.add_gridspec(2, 3, width_ratios=(1.25, 1, 1))

@@ -20,11 +20,12 @@ from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from pen_mhe.estimators import create_estimator
+from recordings.formats.dpoint import load_dpoint
 from recordings.ink import ink_match
 from recordings.thinning import CameraThinning, left_out_error, thinned
-from recordings.written import WrittenRecording, load_dpoint
+from recordings.written import WrittenRecording
 
 PEN, FOLDER = "dpoint", "dpoint_pen"
 CAMERA_RATES_HZ = (30, 15, 10, 6, 5, 3)
@@ -160,7 +161,7 @@ def _recording(data: str) -> WrittenRecording:
     folder = Path(data) / FOLDER
     if not folder.is_dir():
         raise InputError(f"data folder {data} has no {FOLDER}, expected it there")
-    return load_dpoint(folder, find_pen(PEN))
+    return load_dpoint(folder, load_pen(PEN))
 
 
 @cache
@@ -176,7 +177,7 @@ def _pen(case: str) -> PenConfig:
     Without a camera, a bias of the accelerometer and a tilt of the pen are nearly the same
     to every reading; `UNBIASED` tells the estimator that there is none.
     """
-    pen = find_pen(PEN)
+    pen = load_pen(PEN)
     if case != UNBIASED:
         return pen
     accelerometer = pen.sensors["accel"].model_copy(

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
 from estimation.status import Status
-from mhe.config import MheConfig
-from mhe.realtime import Mhe, MheRti
+from pen_mhe.estimators import create_estimator
 from suites.real_time.streams import Stream
 
 HORIZON = 20
-KINDS: Mapping[str, type[MheRti]] = MappingProxyType({"mhe-rti": MheRti, "mhe": Mhe})
+KINDS = ("mhe-rti", "mhe")
 SAMPLE_PERIOD_S = 0.01
 FACTORS = (2.0, 4.0)
 """Deadlines as multiples of the median step without one, beside the sample period."""
@@ -45,27 +42,21 @@ class DeadlineRow:
     solved: float
 
 
-def deadline_rows(
-    stream: Stream, steps: int, on_step: Callable[[int], object] | None = None
-) -> list[DeadlineRow]:
-    """Take so many steps per estimator with the sample period, a tenth with tighter ones."""
-    rows = []
-    for name in KINDS:
-        median_s = float(np.median(_run(name, stream, None, min(steps, 500))[0]))
-        few = max(1, int(SHORT_SHARE * steps))
-        plan = [(SAMPLE_PERIOD_S, int(FULL_SHARE * steps))]
-        plan += [(factor * median_s, few) for factor in FACTORS]
-        for deadline_s, count in plan:
-            took_s, statuses = _run(name, stream, deadline_s, count)
-            rows.append(counted(name, deadline_s, took_s, statuses))
-            if on_step:
-                on_step(count)
-    return rows
+def deadline_rows(name: str, stream: Stream, steps: int) -> list[DeadlineRow]:
+    """Take so many steps with the sample period, a tenth of them with tighter deadlines.
 
-
-def total_steps(steps: int) -> int:
-    """Return how many steps `deadline_rows` counts to its callback."""
-    return len(KINDS) * (int(FULL_SHARE * steps) + len(FACTORS) * max(1, int(SHORT_SHARE * steps)))
+    Parameters
+    ----------
+    name : of the estimator, a key of `KINDS`
+    """
+    median_s = float(np.median(_run(name, stream, None, min(steps, 500))[0]))
+    few = max(1, int(SHORT_SHARE * steps))
+    plan = [(SAMPLE_PERIOD_S, int(FULL_SHARE * steps))]
+    plan += [(factor * median_s, few) for factor in FACTORS]
+    return [
+        counted(name, deadline_s, *_run(name, stream, deadline_s, count))
+        for deadline_s, count in plan
+    ]
 
 
 def counted(
@@ -91,7 +82,7 @@ def _run(
     name: str, stream: Stream, deadline_s: float | None, count: int
 ) -> tuple[np.ndarray, list[Status]]:
     """Step through the stream, from its beginning again where it ends: call time and status."""
-    estimator = KINDS[name](stream.model, MheConfig(HORIZON, deadline_s=deadline_s))
+    estimator = create_estimator(name, stream.model, horizon=HORIZON, deadline_s=deadline_s)
     measurements = list(stream.recording.measurements(stream.model))
     took_s, statuses = np.zeros(count), []
     state = estimator.init()

@@ -13,7 +13,7 @@ from types import MappingProxyType
 import numpy as np
 
 from estimation.estimate import EstimateHistory
-from mhe.config import MheConfig
+from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
 from mhe.reuse import REUSE_THRESHOLD
 from models.arrays import Array
@@ -76,8 +76,8 @@ def reuse_rows(
 def _of_horizon(
     case: str, stream: Stream, horizon: int, thresholds: Sequence[float]
 ) -> list[ReuseRow]:
-    full = MheConfig(horizon=horizon, reuse_threshold=0.0)
-    configs: dict[str, MheConfig] = {FULL: full}
+    full = MheRtiConfig(horizon=horizon, reuse_threshold=0.0)
+    configs: dict[str, MheRtiConfig] = {FULL: full}
     for name, changes in OTHERS.items():
         more = {**changes, "horizon": horizon + int(str(changes.get("horizon", 0)))}
         configs[name] = replace(full, **more)  # type: ignore[arg-type]
@@ -110,7 +110,7 @@ def _of_horizon(
     return rows
 
 
-def interleaved(stream: Stream, configs: Mapping[str, MheConfig]) -> dict[str, EstimateHistory]:
+def interleaved(stream: Stream, configs: Mapping[str, MheRtiConfig]) -> dict[str, EstimateHistory]:
     """Run one ``mhe-rti`` per configuration over the stream, in turns."""
     estimators = {name: MheRti(stream.model, config) for name, config in configs.items()}
     states = {name: estimator.init() for name, estimator in estimators.items()}

@@ -9,22 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from ekf_baseline.ekf import Ekf
-from mhe.config import MheConfig
-from mhe.realtime import Mhe, MheRti
 from models.state_space import StateSpaceModel
+from pen_mhe.estimators import create_estimator
 from suites.real_time.streams import Stream
 
 CHUNK = 50
 CAMERA = "camera"
-CONTENDERS: Mapping[str, tuple[Any, MheConfig | None]] = MappingProxyType(
+CONTENDERS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
     {
-        "ekf": (Ekf, None),
-        "mhe-rti, N = 20": (MheRti, MheConfig(20)),
-        "mhe-rti, N = 20, full passes": (MheRti, MheConfig(20, reuse_threshold=0.0)),
-        "mhe-rti, N = 100": (MheRti, MheConfig(100)),
-        "mhe-rti, N = 100, full passes": (MheRti, MheConfig(100, reuse_threshold=0.0)),
-        "mhe, N = 20": (Mhe, MheConfig(20)),
+        "ekf": ("ekf", {}),
+        "mhe-rti, N = 20": ("mhe-rti", {"horizon": 20}),
+        "mhe-rti, N = 20, full passes": ("mhe-rti", {"horizon": 20, "reuse_threshold": 0.0}),
+        "mhe-rti, N = 100": ("mhe-rti", {"horizon": 100}),
+        "mhe-rti, N = 100, full passes": ("mhe-rti", {"horizon": 100, "reuse_threshold": 0.0}),
+        "mhe, N = 20": ("mhe", {"horizon": 20}),
     }
 )
 """Name → estimator and its settings."""
@@ -70,8 +68,8 @@ def time_rows(stream: Stream) -> list[TimeRow]:
     return rows
 
 
-def _built(model: StateSpaceModel, kind: Any, config: MheConfig | None) -> Any:
-    return kind(model) if config is None else kind(model, config)
+def _built(model: StateSpaceModel, name: str, settings: Mapping[str, Any]) -> Any:
+    return create_estimator(name, model, **settings)
 
 
 def _columns(model: StateSpaceModel) -> slice:

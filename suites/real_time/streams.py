@@ -11,9 +11,9 @@ from types import MappingProxyType
 from benchmark.bodies import BODIES
 from estimation.recording import Recording
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
-from recordings.written import load_dpoint
+from recordings.formats.dpoint import load_dpoint
 
 SECONDS = 8.0
 """Of a simulated stream."""
@@ -56,7 +56,7 @@ def simulated(body: str, data: Path | None = None, seconds: float = SECONDS) -> 
 def recorded(every: int, data: Path | None) -> Stream:
     """Return the D-POINT recording with every so-manieth frame of its camera."""
     assert data is not None
-    pen = find_pen("dpoint")
+    pen = load_pen("dpoint")
     recording = load_dpoint(data / FOLDER, pen).recording.select(SENSORS)
     if every > 1:
         recording = recording.subsampled("camera", every, 0)

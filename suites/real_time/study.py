@@ -12,51 +12,72 @@ from typing import Any
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
-from benchmark.console import console, print_table, progress
+from benchmark.console import console, print_table
+from benchmark.report.numbers import in_unit
+from benchmark.runner.about import timing_identity
+from benchmark.runner.kept import Jobs, kept_results
+from benchmark.tasks.suite import Scope
 from estimation.output_folder import prepare_folder
 from mhe.reuse import REUSE_THRESHOLD
 from pen_mhe.figures import save
-from suites.real_time.deadlines import DeadlineRow, deadline_rows, total_steps
-from suites.real_time.reuse import ReuseRow, reuse_rows
-from suites.real_time.sample_times import TimeRow, time_rows
-from suites.real_time.streams import CASES, available
-from suites.speed.figures import in_unit
+from suites.real_time.deadlines import DeadlineRow
+from suites.real_time.parts import PARTS, Part, parts_of, run_part
+from suites.real_time.reuse import HORIZONS, THRESHOLDS, ReuseRow
+from suites.real_time.sample_times import TimeRow
+from suites.real_time.streams import CASES, FOLDER, available
 
 CLOSE_STD = 0.05
 RATIOS: Mapping[int, float] = {20: 1 / 2, 100: 1 / 3}
 """What kept factors are held against: distance, and time by horizon."""
-DEADLINE_CASE, RECORDED_CASE = "pen24", "dpoint-30"
 
 
-def run_real_time(output: Path, data: Path | None, steps: int) -> None:
-    """Run all parts; print tables, write ``real_time.json`` and ``real_time_reuse.png``."""
+def run_real_time(
+    output: Path,
+    data: Path | None,
+    steps: int,
+    *,
+    horizons: Sequence[int] = HORIZONS,
+    thresholds: Sequence[float] = THRESHOLDS,
+) -> None:
+    """Run all parts; print tables, write ``real_time.json`` and ``real_time_reuse.png``.
+
+    Parameters
+    ----------
+    output : folder to write to
+    data, steps, horizons, thresholds : of `suites.real_time.parts.parts_of`
+    """
     prepare_folder(output)
-    cases = available(data)
-    if len(cases) < len(CASES):
+    if len(available(data)) < len(CASES):
         console.print(
             "real recordings: left out, they need a folder (--data FOLDER, or the variable "
             "PEN_MHE_DATA)"
         )
-    reuse: list[ReuseRow] = []
-    with progress("factors that stay") as start:
-        done = start(len(cases))
-        for name, case in cases.items():
-            reuse += reuse_rows(name, case.stream(data))
-            done(1)
-    with progress("deadlines") as start:
-        stream = cases[DEADLINE_CASE].stream(data)
-        deadlines = deadline_rows(stream, steps, start(total_steps(steps)))
-    times = time_rows(cases[RECORDED_CASE].stream(data)) if RECORDED_CASE in cases else []
-    _print_reuse(reuse)
-    _print_deadlines(deadlines)
-    _print_times(times)
-    parts: dict[str, Sequence[Any]] = {"reuse": reuse, "deadlines": deadlines, "times": times}
-    listed = {part: [_plain(row) for row in rows] for part, rows in parts.items()}
+    measured = parts_of(data, steps, horizons, thresholds)
+    jobs = Jobs[Part](single_threaded=True)
+    found = kept_results("real-time", run_part, measured, output, jobs=jobs, identity=_made_with)
+    parts: dict[str, list[Any]] = {
+        name: [
+            row
+            for part, rows in zip(measured, found, strict=True)
+            if isinstance(part, kind)
+            for row in rows
+        ]
+        for name, kind in PARTS.items()
+    }
+    _print_reuse(parts["reuse"])
+    _print_deadlines(parts["deadlines"])
+    _print_times(parts["times"])
+    listed = {name: [_plain(row) for row in rows] for name, rows in parts.items()}
     (output / "real_time.json").write_text(
         json.dumps(listed, indent=1, allow_nan=False) + "\n", "utf-8"
     )
-    save(reuse_figure(reuse), output / "real_time_reuse.png")
+    save(reuse_figure(parts["reuse"]), output / "real_time_reuse.png")
     console.print(f"\nreal_time.json and real_time_reuse.png in {output}")
+
+
+def _made_with(part: Part) -> str:
+    folder = "" if part.data is None else FOLDER
+    return timing_identity(folder, Scope(data=None if part.data is None else str(part.data)))
 
 
 def _plain(row: Any) -> dict[str, Any]:

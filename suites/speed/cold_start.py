@@ -56,11 +56,11 @@ def first_estimate_s(estimator: str) -> float:
     """
     from estimation.recording import Measurement
     from models.pen import pen_model
-    from models.pen_file import find_pen
+    from models.pen_file import load_pen
     from pen_mhe.estimators import create_estimator
 
     start = time.perf_counter()
-    model = pen_model(find_pen("reference"), ("accel", "gyro"))
+    model = pen_model(load_pen("reference"), ("accel", "gyro"))
     built = create_estimator(estimator, model)
     built.step(built.init(), Measurement(0.0, model.stack({})))
     return time.perf_counter() - start

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from mhe.config import MheConfig
 from suites.speed.contender import (
     ALGEBRA,
     BATCH,
@@ -82,13 +81,13 @@ def sample_contenders(dt: float) -> tuple[Entry[Sample], ...]:
             Entry(
                 name,
                 mode,
-                partial(ExportedStep, name=name, real=real, config=config),
+                partial(ExportedStep, name=name, real=real, settings=settings),
                 horizon=horizon,
-                judged=name == "ekf",
+                judged=judged,
             )
-            for name, horizon, config in (
-                ("ekf", FILTER_HORIZON, None),
-                ("mhe-rti", LIVE_HORIZON, LIVE),
+            for name, horizon, settings, judged in (
+                ("ekf", FILTER_HORIZON, {}, True),
+                ("mhe-rti", LIVE_HORIZON, LIVE, False),
             )
             for mode, real in ((EXPORTED, "double"), (EXPORTED_FLOAT, "float"))
         ),
@@ -106,7 +105,7 @@ REUSE_CONTENDERS: tuple[Entry[Sample], ...] = tuple(
             LiveStep,
             name="mhe-rti",
             counted=mode,
-            config=MheConfig(horizon=horizon, reuse_threshold=threshold),
+            settings={"horizon": horizon, "reuse_threshold": threshold},
         ),
         horizon=horizon,
         judged=False,

@@ -22,11 +22,11 @@ GEOMETRY = ("position_m", "sensor_to_body")
 """Fields of a mounted sensor that are written as they are."""
 
 
-def write_problem(problem: Problem, solved: Sequence[SolvedWindow], folder: Path) -> Path:
-    """Write the file of a problem; return its path."""
+def write_problem(problem: Problem, arrays: Mapping[str, NDArray[Any]], folder: Path) -> Path:
+    """Write the file of a problem from its `problem_arrays`; return its path."""
     path = folder / f"problem_{problem.key}.npz"
-    arrays: dict[str, Any] = problem_arrays(problem, solved)
-    np.savez_compressed(path, **arrays)
+    named: dict[str, Any] = dict(arrays)
+    np.savez_compressed(path, **named)
     return path
 
 

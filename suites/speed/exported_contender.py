@@ -6,12 +6,15 @@ back outside the clock.
 
 from __future__ import annotations
 
-from codegen.export import export_c
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from codegen.export import export_texts
 from codegen.exportable import exportable
 from codegen.exported import Exported, ExportedState
 from estimation import native
 from estimation.recording import Measurement
-from mhe.config import MheConfig
 from models.errors import InputError
 from models.state_space import StateSpaceModel
 from suites.speed.contender import ContenderAbsentError, RaceOutcome
@@ -26,7 +29,7 @@ class ExportedStep:
     ----------
     name : one of `codegen.exportable.EXPORTABLE`
     real : ``double`` or ``float``
-    config : of a moving-horizon estimator, None for a filter
+    settings : of the estimator
     """
 
     version = VERSION
@@ -37,12 +40,12 @@ class ExportedStep:
         example: Sample,
         name: str,
         real: str = "double",
-        config: MheConfig | None = None,
+        settings: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
         if native.compiler() is None:
             raise ContenderAbsentError("there is no export to run without a compiler")
         try:
-            self._exported = Exported(export_c(exportable(name, model, config), real))
+            self._exported = Exported(export_texts(exportable(name, model, **settings), real))
         except InputError as refusal:
             raise ContenderAbsentError(str(refusal)) from None
         self._state = self._exported.init()

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
+from benchmark.report.numbers import in_unit
 from suites.speed.contender import (
     BATCH,
     CONVERGED,
@@ -34,17 +35,8 @@ MODE_STYLES: Mapping[str, Mapping[str, Any]] = {
 WINDOW_MODES = (ONE_PASS, PASS_CALL, CONVERGED, CONVERGED_CALL)
 REUSE_MODES = (STREAM_CALL, FULL_STREAM_CALL)
 OTHER_MODE: Mapping[str, Any] = {"color": "C3", "marker": "^"}
-UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 TIME_LABEL = "time per window: median, to 99 % quantile"
 HORIZON_PROBLEM = "pen15"
-
-
-def in_unit(time_s: float) -> str:
-    """Return a time with a unit that leaves 1 to 3 digits in front: ``46 µs``."""
-    for scale, unit in UNITS:
-        if time_s >= scale * (1 - 1e-9):
-            return f"{time_s / scale:.3g} {unit}"
-    return f"{time_s / UNITS[-1][0]:.3g} {UNITS[-1][1]}"
 
 
 def contender_figure(rows: Sequence[Row]) -> Figure:

@@ -16,7 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mhe.config import MheConfig
+from mhe.config import WindowConfig
 from mhe.reference.window import WindowProblem
 from models.state_space import StateSpaceModel
 from suites.speed.contender import RaceOutcome
@@ -38,7 +38,7 @@ class Ipopt:
     version = f"casadi {version('casadi')}"
 
     def __init__(self, model: StateSpaceModel, example: SpeedWindow, exact_hessian: bool) -> None:
-        self._problem = WindowProblem.build(model, MheConfig(horizon=len(example.dt)))
+        self._problem = WindowProblem.build(model, WindowConfig(horizon=len(example.dt)))
         hessian: dict[str, Any] = {} if exact_hessian else {"hess_lag": self._problem.gauss_newton}
         self._solver = ca.nlpsol("ipopt", "ipopt", self._problem.nlp, {**OPTIONS, **hessian})
 

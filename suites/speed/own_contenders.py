@@ -11,18 +11,19 @@ would find all of its own: so `prepare` leaves the workspace as it is when a ste
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from importlib.metadata import version
+from types import MappingProxyType
 from typing import Any
 
 from estimation import native
 from estimation.recording import Measurement
-from mhe.config import MheConfig
 from mhe.trajectory import Trajectory
 from mhe.window_memory import WindowState, packed_window, window_memory
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
-from pen_mhe.estimators import ESTIMATORS, EstimatorSettings, create_estimator
+from pen_mhe.estimators import ESTIMATORS, create_estimator, settings_read
 from suites.speed.contender import OVERHEAD, STEP, ContenderAbsentError, RaceOutcome
 from suites.speed.held_rows import HeldRows
 from suites.speed.samples import Sample, SampleStream
@@ -31,17 +32,20 @@ from suites.speed.windows import SpeedWindow
 VERSION = f"pen-mhe {version('pen-mhe')}"
 LIVE_HORIZON = 20
 """N of a moving-horizon estimator on a stream."""
-LIVE = MheConfig(horizon=LIVE_HORIZON)
+LIVE: Mapping[str, Any] = MappingProxyType({"horizon": LIVE_HORIZON})
 OTHER_PRIOR = 1.01
 """Factor on a prior's covariance that makes another window of a window, all of its factors new."""
 
 
-def estimator(name: str, model: StateSpaceModel, config: MheConfig) -> Any:
-    """Return an estimator of the registry; raises `ContenderAbsentError` where there is none."""
+def estimator(name: str, model: StateSpaceModel, settings: Mapping[str, Any]) -> Any:
+    """Return an estimator of the registry with what it reads of the settings.
+
+    Raises `ContenderAbsentError` where there is none.
+    """
     if name not in ESTIMATORS:
         raise ContenderAbsentError("not among the estimators")
     try:
-        return create_estimator(name, model, EstimatorSettings(mhe=config))
+        return create_estimator(name, model, **settings_read(name, settings))
     except InputError as refusal:
         raise ContenderAbsentError(str(refusal)) from None
 
@@ -64,7 +68,7 @@ class WindowStep:
     def __init__(
         self, model: StateSpaceModel, example: SpeedWindow, name: str, call_only: bool = False
     ) -> None:
-        self._estimator = estimator(name, model, MheConfig(horizon=len(example.dt)))
+        self._estimator = estimator(name, model, {"horizon": len(example.dt)})
         self._call_only = call_only
         if call_only:
             _check_call_time()
@@ -108,7 +112,7 @@ class LiveStep:
     ----------
     counted : `suites.speed.contender.STEP` for all of it, `OVERHEAD` for what Python adds,
         any other mode for the compiled call
-    config : of a moving-horizon estimator
+    settings : of a moving-horizon estimator
     """
 
     version = VERSION
@@ -119,9 +123,9 @@ class LiveStep:
         example: Sample,
         name: str,
         counted: str = STEP,
-        config: MheConfig = LIVE,
+        settings: Mapping[str, Any] = LIVE,
     ) -> None:
-        self._estimator, self._counted = estimator(name, model, config), counted
+        self._estimator, self._counted = estimator(name, model, settings), counted
         if counted != STEP:
             _check_call_time()
         self._state = self._estimator.init()

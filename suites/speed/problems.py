@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from benchmark.bodies import BODIES, BoundedBody
-from models.errors import InputError
+from models.names import unknown
 from models.state_space import StateSpaceModel
 
 DURATION_S = 12.0
@@ -74,5 +74,4 @@ def find_problem(key: str) -> Problem:
     for problem in PROBLEMS:
         if problem.key == key:
             return problem
-    known = ", ".join(problem.key for problem in PROBLEMS)
-    raise InputError(f"problem {key} is unknown, expected one of {known}")
+    raise unknown("problem", key, (problem.key for problem in PROBLEMS))

@@ -48,7 +48,6 @@ def built(
     model: StateSpaceModel,
     example: ItemT,
     absent: Callable[[str, str], object],
-    on_built: Callable[[int], object] | None = None,
 ) -> list[Racer[ItemT]]:
     """Build contenders one after the other.
 
@@ -56,7 +55,6 @@ def built(
     ----------
     example : any item of the race
     absent : called with the name of one that cannot be built, and why
-    on_built : called with 1 after every contender, there or absent
     """
     racers = []
     for entry in entries:
@@ -66,17 +64,10 @@ def built(
             racers.append(Racer(entry, contender, time.perf_counter() - start))
         except ContenderAbsentError as reason:
             absent(entry.label, str(reason))
-        if on_built:
-            on_built(1)
     return racers
 
 
-def race(
-    racers: Sequence[Racer[ItemT]],
-    items: Sequence[ItemT],
-    warm_up: int,
-    on_turn: Callable[[int], object] | None = None,
-) -> float:
+def race(racers: Sequence[Racer[ItemT]], items: Sequence[ItemT], warm_up: int) -> float:
     """Let all contenders solve all items; results go into the racers.
 
     Returns the part of the time in which the processor was this process's: what is missing
@@ -85,7 +76,6 @@ def race(
     Parameters
     ----------
     warm_up : how many of the items come first and do not count
-    on_turn : called with 1 after every turn
     """
     with _garbage_kept():
         began_s, used_s = time.perf_counter(), time.process_time()
@@ -96,8 +86,6 @@ def race(
                 if i >= warm_up:
                     racer.times_s.append(time_s / racer.entry.samples)
                     racer.outcomes.append(outcome)
-                if on_turn:
-                    on_turn(1)
     return (time.process_time() - used_s) / (time.perf_counter() - began_s)
 
 

@@ -2,43 +2,27 @@
 
 from __future__ import annotations
 
-import os
 import platform
-import subprocess
-import sys
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmark.console import console, print_table, progress
+from benchmark.console import console, print_table
+from benchmark.report.numbers import in_unit
+from benchmark.runner.about import timing_identity
+from benchmark.runner.kept import Jobs, kept_results
 from estimation.output_folder import prepare_folder
 from pen_mhe.figures import save
 from suites.speed.export import write_problem
-from suites.speed.figures import contender_figure, horizon_figure, in_unit
-from suites.speed.problems import PROBLEMS, Problem, find_problem
+from suites.speed.figures import contender_figure, horizon_figure
+from suites.speed.parts import Part, WindowRace, parts_of, race_part
+from suites.speed.problems import PROBLEMS, Problem
 from suites.speed.rows import Row, write_rows
-from suites.speed.suite import StreamPlan, few, race_filters, race_reuse, race_windows
+from suites.speed.suite import StreamPlan
 from suites.speed.verdicts import Promise, PromiseVerdict, verdicts
 
-SINGLE_THREADED: Mapping[str, str] = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-"""Environment under which NumPy, SciPy and CasADi's solvers start no threads."""
-
-STREAM_PROBLEM = "pen15_20"
-"""On whose recording the filters run."""
-REUSE_PROBLEM = "pen24_60"
-"""On whose recording factors are kept: its sensors hold all states, so they are by default."""
 JUDGED = {True: "met", False: "missed", None: "no figure"}
-
-
-def is_single_threaded() -> bool:
-    """Return whether the environment had been set when NumPy was imported."""
-    return all(os.environ.get(name) == value for name, value in SINGLE_THREADED.items())
-
-
-def again_single_threaded(*words: str) -> int:
-    """Run a command of pen-mhe in a process that starts no threads; return its exit status."""
-    command = [sys.executable, "-m", "commands.cli", *words]
-    return subprocess.run(command, env={**os.environ, **SINGLE_THREADED}, check=False).returncode
 
 
 def run_speed(
@@ -56,16 +40,20 @@ def run_speed(
     stream : how much of it; `StreamPlan`'s own where it is None
     """
     prepare_folder(output)
-    rows: list[Row] = []
+    parts = parts_of(problems, windows, stream or StreamPlan())
+    jobs = Jobs[Part](single_threaded=True)
+    raced = kept_results(
+        "speed", race_part, parts, output, jobs=jobs, identity=lambda part: timing_identity()
+    )
+    rows = [row for each in raced for row in each.rows]
     left_out: dict[str, str] = {}
-    for problem in problems:
-        limited = problem if windows is None else few(problem, windows)
-        raced = race_windows(limited, left_out.setdefault, progress)
-        rows += raced.rows
-        write_problem(limited, raced.windows, output)
-    plan = stream or StreamPlan()
-    for race, streamed in ((race_filters, STREAM_PROBLEM), (race_reuse, REUSE_PROBLEM)):
-        rows += race(find_problem(streamed), plan, left_out.setdefault, progress)
+    for part, each in zip(parts, raced, strict=True):
+        if isinstance(part, WindowRace):
+            write_problem(part.problem, each.arrays, output)
+        for sentence in each.warned:
+            warnings.warn(sentence, RuntimeWarning, stacklevel=2)
+        for name, reason in each.left_out.items():
+            left_out.setdefault(name, reason)
     write_rows(rows, output / "speed.json")
     save(contender_figure(rows), output / "speed.png")
     save(horizon_figure(rows), output / "speed_horizon.png")

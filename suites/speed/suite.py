@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,16 +30,8 @@ WARM_UP = 2
 LEAST_SHARE = 0.95
 """Of the processor's time; a race that had less says so."""
 
-Start = Callable[[int], Callable[[int], object]]
-"""Number of steps → what to call with the number that are done, to show progress."""
-Progress = Callable[[str], AbstractContextManager[Start]]
 Absent = Callable[[str, str], object]
 """Called with the name of a contender that is left out, and why."""
-
-
-def no_progress(description: str) -> AbstractContextManager[Start]:
-    """Show nothing."""
-    return nullcontext(lambda total: lambda done: None)
 
 
 @dataclass(frozen=True)
@@ -72,16 +63,14 @@ class RacedProblem:
 def race_windows(
     problem: Problem,
     absent: Absent,
-    progress: Progress = no_progress,
     entries: Sequence[Entry[SpeedWindow]] = WINDOW_CONTENDERS,
 ) -> RacedProblem:
     """Race all contenders on a problem's windows."""
     count = WARM_UP + problem.windows
-    with progress(f"{problem.key}: windows") as start:
-        solved = solved_windows(problem, count, start(count))
+    solved = solved_windows(problem, count)
     windows = [each.window for each in solved]
     model, timed = windows[0].model, solved[WARM_UP:]
-    racers = _raced(problem.key, entries, model, windows, WARM_UP, absent, progress)
+    racers = _raced(problem.key, entries, model, windows, WARM_UP, absent)
     window_cost, held = WindowCost(model, problem.horizon), HeldRows(model)
 
     def quality(i: int, outcome: RaceOutcome) -> Quality:
@@ -107,9 +96,7 @@ def active_rows(held: HeldRows, solved: Sequence[SolvedWindow]) -> float:
     return float(np.mean(counts))
 
 
-def race_filters(
-    problem: Problem, plan: StreamPlan, absent: Absent, progress: Progress = no_progress
-) -> tuple[Row, ...]:
+def race_filters(problem: Problem, plan: StreamPlan, absent: Absent) -> tuple[Row, ...]:
     """Race what steps along a stream, then what takes it in one call.
 
     Parameters
@@ -122,9 +109,9 @@ def race_filters(
     first, second = (sample.measurement.time_s for sample in stream.samples[:2])
     steps, calls = sample_contenders(second - first), stream_contenders(count)
     key = f"{problem.name} stream"
-    live = _raced(key, steps, model, stream.samples, plan.warm_up, absent, progress)
+    live = _raced(key, steps, model, stream.samples, plan.warm_up, absent)
     whole = [stream.whole] * (1 + plan.runs)
-    batch = _raced(f"{key}, batch", calls, model, whole, 1, absent, progress)
+    batch = _raced(f"{key}, batch", calls, model, whole, 1, absent)
     after = [stream.reference[-1]] * plan.runs
     return (
         *(row(racer, problem, model, stream.reference[plan.warm_up :]) for racer in live),
@@ -132,9 +119,7 @@ def race_filters(
     )
 
 
-def race_reuse(
-    problem: Problem, plan: StreamPlan, absent: Absent, progress: Progress = no_progress
-) -> tuple[Row, ...]:
+def race_reuse(problem: Problem, plan: StreamPlan, absent: Absent) -> tuple[Row, ...]:
     """Race passes that keep factors along a stream against full ones, sample by sample.
 
     Parameters
@@ -146,7 +131,7 @@ def race_reuse(
     warm_up = plan.warm_up + max(REUSE_HORIZONS)  # before that the longest window is not full
     stream = filtered_stream(problem, model, warm_up + plan.samples)
     key = f"{problem.name} stream, reuse"
-    racers = _raced(key, REUSE_CONTENDERS, model, stream.samples, warm_up, absent, progress)
+    racers = _raced(key, REUSE_CONTENDERS, model, stream.samples, warm_up, absent)
     return tuple(row(racer, problem, model, stream.reference[warm_up:]) for racer in racers)
 
 
@@ -162,12 +147,9 @@ def _raced(
     items: Sequence[ItemT],
     warm_up: int,
     absent: Absent,
-    progress: Progress,
 ) -> list[Racer[ItemT]]:
-    with progress(f"{key}: building contenders") as start:
-        racers = built(entries, model, items[0], absent, start(len(entries)))
-    with progress(f"{key}: race") as start:
-        share = race(racers, items, warm_up, start(len(racers) * len(items)))
+    racers = built(entries, model, items[0], absent)
+    share = race(racers, items, warm_up)
     if share < LEAST_SHARE:
         warnings.warn(
             f"{key}: the race had the processor for {share:.0%} of its time; other work runs "

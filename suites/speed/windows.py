@@ -15,7 +15,7 @@ subtract states as plain vectors.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,7 +26,7 @@ from scipy.linalg import solve_triangular
 from estimation.kalman_stage import KalmanStage, rows_present, without_gaps
 from estimation.recording import Measurement
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide
-from mhe.config import MheConfig
+from mhe.config import MheIpoptConfig, WindowConfig
 from mhe.reference.ipopt import MheIpopt
 from mhe.trajectory import Trajectory, WindowSolution
 from models.arrays import Array
@@ -109,19 +109,16 @@ class SolvedWindow:
     optimum: WindowSolution
 
 
-def solved_windows(
-    problem: Problem, count: int, on_window: Callable[[int], object] | None = None
-) -> list[SolvedWindow]:
+def solved_windows(problem: Problem, count: int) -> list[SolvedWindow]:
     """Return the first windows of a problem's table, with their optima.
 
     Parameters
     ----------
     count : at least 1; a longer table begins with the shorter one
-    on_window : called with 1 after every window
     """
     model, n_stages = problem.model, problem.horizon + 1
     stage = KalmanStage(model)
-    reference = MheIpopt(model, MheConfig(horizon=problem.horizon, tolerance=TOLERANCE))
+    reference = MheIpopt(model, MheIpoptConfig(horizon=problem.horizon, tolerance=TOLERANCE))
     first = SETTLED + STRIDE * np.arange(count)
     measurements = recorded(problem, model, int(first[-1]) + n_stages)
     priors, means = _filtered(stage, measurements)
@@ -136,10 +133,7 @@ def solved_windows(
         scale = _newest_std(stage, prior, stages, guess)
         previous = PreviousWindow(priors[k - 1], older, found)
         window = SpeedWindow(model, prior, stages, guess, scale, previous)
-        optimum = reference.solve(window.prior, stages, guess)
-        if on_window:
-            on_window(1)
-        return SolvedWindow(window, optimum)
+        return SolvedWindow(window, reference.solve(window.prior, stages, guess))
 
     return [solved(int(k)) for k in first]
 
@@ -195,7 +189,7 @@ def _carried(
     rows = rows_present(stage.model, dropped.y).astype(float)
     unread = trajectory.states[1]  # x_k|k-1 of that stage: another arrival cost wants it
     slide = Slide(prior, dropped, first, trajectory, unread, rows, np.ones(stage.model.n_w))
-    return ARRIVAL_COSTS[MheConfig().arrival_cost](stage, slide)
+    return ARRIVAL_COSTS[WindowConfig().arrival_cost](stage, slide)
 
 
 def _newest_std(

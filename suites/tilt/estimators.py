@@ -16,11 +16,11 @@ from classical_baseline.fixed_weight import FixedWeightConfig
 from classical_baseline.weight_search import Ended
 from estimation.estimator import Estimator, run
 from models.arrays import Array
-from models.replaced_prior import replaced_prior
+from models.priors import replaced_prior
 from models.turntable import turntable_model
-from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.estimators import create_estimator
 from suites.tilt.cases import FULL_TURN
-from suites.tilt.operations import ekf_operations, mhe_operations, operations
+from suites.tilt.operations import operations, operations_of_step, uncounted
 from suites.tilt.recursion import raw_function, recursion_function, run_compiled, run_raw_compiled
 from suites.tilt.samples import SENSORS, TiltSamples, case_named, installed
 from suites.tilt.turns import gravity_direction, tilts_of
@@ -85,21 +85,31 @@ def run_fixed_weight(estimator: str, case: str, samples: TiltSamples) -> TiltRun
     """Run the recursion with one of `FIXED_WEIGHT`; its time is that of the default form."""
     config = FIXED_WEIGHT[estimator](case)
     _, seconds = run_compiled(config.weight, samples.time_s, samples.acceleration_g, samples.rates)
-    figures = [
+    figures = (
         _operations(operations(recursion_function())),
         Quantity.single("weight", "1", config.weight),
-    ]
-    if estimator == "fixed-weight-searched":
-        ended = trained_weights(case).searched.ended
-        figures += [
-            Quantity.single(f"search ended, {name}", "1", float(ended is way))
-            for name, way in (
-                ("inside", Ended.INSIDE),
-                ("lower bound", Ended.LOWER_BOUND),
-                ("upper bound", Ended.UPPER_BOUND),
-            )
-        ]
-    return TiltRun("", fused(samples, config), None, seconds, tuple(figures))
+        *(figure for figures in FIGURES_OF.get(estimator, ()) for figure in figures(case)),
+    )
+    return TiltRun("", fused(samples, config), None, seconds, figures)
+
+
+def _search_ended(case: str) -> tuple[Quantity, ...]:
+    """Return how the published search for the weight ended in a case."""
+    ended = trained_weights(case).searched.ended
+    return tuple(
+        Quantity.single(f"search ended, {name}", "1", float(ended is way))
+        for name, way in (
+            ("inside", Ended.INSIDE),
+            ("lower bound", Ended.LOWER_BOUND),
+            ("upper bound", Ended.UPPER_BOUND),
+        )
+    )
+
+
+FIGURES_OF: Mapping[str, tuple[Callable[[str], tuple[Quantity, ...]], ...]] = MappingProxyType(
+    {"fixed-weight-searched": (_search_ended,)}
+)
+"""Estimator → what gives more figures of its own in a case."""
 
 
 def run_model(estimator: str, case: str, samples: TiltSamples) -> TiltRun:
@@ -112,18 +122,16 @@ def run_model(estimator: str, case: str, samples: TiltSamples) -> TiltRun:
     )
     recording = samples.recording(installed(case_named(case).installation).gravity_m_s2)
     history = run(chosen, recording, prior=told)
-    if estimator == "ekf":
-        count: float = ekf_operations(model)
-    else:
-        passes = float(np.mean(history.iterations))
-        horizon = EstimatorSettings().mhe.horizon
-        count = mhe_operations(model, horizon, passes, searches=estimator == "mhe")
+    passes = float(np.mean(history.iterations))
+    own = [Quantity.single("passes", "1", passes)]
+    if not uncounted(estimator):
+        own.insert(0, _operations(operations_of_step(estimator, model, passes)))
     return TiltRun(
         model.name,
         gravity_direction(history.mean[:, 0], history.mean[:, 1]),
         np.degrees(history.std[:, 1]),
         history.step_time_s,
-        (_operations(count), Quantity.single("passes", "1", float(np.mean(history.iterations)))),
+        tuple(own),
         history.solved_fraction,
     )
 

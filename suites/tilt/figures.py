@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from benchmark.configurations import BENCHMARK_ESTIMATORS
 from benchmark.figures.figure import TRUTH, Figure, Line, Panel
 from benchmark.tasks.results import Results
 from benchmark.tasks.task import OK
@@ -14,6 +15,7 @@ from classical_baseline.weight_search import CURVE_WEIGHTS, INTERVAL
 from models.arrays import Array
 from suites.tilt.cases import CURVE_CASES, FULL_TURN, TWO_AXES
 from suites.tilt.estimators import ACCELEROMETER, CURVE
+from suites.tilt.operations import uncounted
 from suites.tilt.samples import case_named
 
 ONE_AXIS = "swing, one axis"
@@ -37,9 +39,7 @@ BY_COST = (
     "fixed-weight",
     "fixed-weight-searched",
     "fixed-weight-best",
-    "ekf",
-    "mhe-rti",
-    "mhe",
+    *BENCHMARK_ESTIMATORS,
 )
 COST_CASES = (FULL_TURN, TWO_AXES)
 
@@ -137,6 +137,7 @@ def _axes(results: Results) -> Figure:
 
 def _cost(results: Results) -> Figure:
     panels = []
+    missing = [uncounted(name) for name in BENCHMARK_ESTIMATORS]
     for case in COST_CASES:
         lines = []
         for name in BY_COST:
@@ -159,8 +160,13 @@ def _cost(results: Results) -> Figure:
     return Figure(
         "tilt-cost",
         "Accuracy over operations per sample",
-        "Mean over seeds, with the smallest and the largest. An operation is an instruction of "
-        "a CasADi function: a sum counts as much as a sine.",
+        " ".join(
+            [
+                "Mean over seeds, with the smallest and the largest. An operation is an "
+                "instruction of a CasADi function: a sum counts as much as a sine.",
+                *filter(None, missing),
+            ]
+        ),
         panels,
         columns=2,
     )

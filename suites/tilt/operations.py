@@ -9,11 +9,13 @@ small. Passes count as full ones: where factors stay (`mhe.reuse`), fewer are ma
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 import casadi as ca
 
 from estimation.kalman_stage import stage_functions
+from mhe.config import MheConfig
 from mhe.stage_functions import spread_function, window_functions
 from models.state_space import StateSpaceModel
 
@@ -55,6 +57,35 @@ def mhe_operations(model: StateSpaceModel, horizon: int, passes: float, searches
         tried = of["retract"] + n * of["move"] + measured
         return slide + measured + passes * (forward + back + tried)
     return slide + passes * (of["difference"] + forward + back + (n + 1) * of["retract"])
+
+
+COUNTS: Mapping[str, Callable[[StateSpaceModel, float], float]] = MappingProxyType(
+    {
+        "ekf": lambda model, passes: float(ekf_operations(model)),
+        "mhe-rti": lambda model, passes: mhe_operations(
+            model, MheConfig().horizon, passes, searches=False
+        ),
+        "mhe": lambda model, passes: mhe_operations(
+            model, MheConfig().horizon, passes, searches=True
+        ),
+    }
+)
+"""Estimator → operations of a step with a model and so many passes in the mean."""
+
+
+def operations_of_step(estimator: str, model: StateSpaceModel, passes: float) -> float:
+    """Return the operations of a step of an estimator that has a row in `COUNTS`."""
+    return COUNTS[estimator](model, passes)
+
+
+def uncounted(estimator: str) -> str:
+    """Say why an estimator has no figure of operations; empty for one that has a row."""
+    if estimator in COUNTS:
+        return ""
+    return (
+        f"The operations of {estimator} are not counted: it has no row in "
+        "suites.tilt.operations.COUNTS."
+    )
 
 
 def _by_name(model: StateSpaceModel) -> Mapping[str, int]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from classical_baseline.tilt_conversion import AdcConversion
 from estimation.recording import Recording
 from models.arrays import Array
-from models.errors import InputError
+from models.names import unknown
 from models.random_streams import Seed, seed_sequence
 from models.simulation import sample_times, simulate_readings, states_along, union_of_times
 from models.turntable import TurntableConfig, load_turntable, turntable_model
@@ -50,7 +49,7 @@ class TiltSamples:
     def recording(self, gravity_m_s2: float) -> Recording:
         """Return the same samples for an estimator with a model; no truth."""
         readings = {"accel": gravity_m_s2 * self.acceleration_g, "gyro": self.rates}
-        return Recording("tilt tracker", self.time_s, MappingProxyType(readings))
+        return Recording("tilt tracker", self.time_s, readings)
 
 
 @cache
@@ -62,7 +61,7 @@ def tilt_tracker() -> TurntableConfig:
 def case_named(name: str) -> TiltCase:
     """Return a case of the table; raises `InputError` for an unknown one."""
     if name not in CASES:
-        raise InputError(f"case {name} is unknown, expected one of {', '.join(CASES)}")
+        raise unknown("case", name, CASES)
     return CASES[name]
 
 

@@ -62,7 +62,13 @@ def tasks(scope: Scope) -> Sequence[Task]:
 
 
 def run(task: Task, scope: Scope) -> Outcome:
-    """Run one task."""
+    """Run one task.
+
+    Raises
+    ------
+    InputError
+        If its estimator does not run with its sensors.
+    """
     case_named(task.case)
     if ESTIMATORS.get(task.estimator) != task.sensors:
         raise InputError(

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from codegen.export import Export, export_c
+from codegen.export import Export, export_texts
 from codegen.exportable import exportable
 from codegen.exported import Exported
-from ekf_baseline.ekf import Ekf, EkfConfig
+from ekf_baseline.ekf import Ekf
 from estimation import native
 from estimation.estimate import Estimate
 from estimation.estimator import Estimator
 from estimation.recording import Measurement
-from mhe.config import MheConfig
 from mhe.realtime import MheRti
 from models.state_space import StateSpaceModel
+from tests.configs import config_for
 from tests.engines import steps
 
-Config = EkfConfig | MheConfig | None
+Settings = Mapping[str, Any]
 KINDS: dict[str, Any] = {"ekf": Ekf, "mhe-rti": MheRti}
-SHORT: dict[str, Config] = {"ekf": None, "mhe-rti": MheConfig(horizon=4)}
+SHORT: dict[str, Settings] = {"ekf": {}, "mhe-rti": {"horizon": 4}}
 """Estimator → settings for quick tests."""
 
 FORMS = (("double", "covariance"), ("double", "root"), ("float", "root"))
@@ -34,10 +34,10 @@ def made(
     model: StateSpaceModel,
     real: str = "double",
     form: str | None = None,
-    config: Config = None,
+    settings: Settings | None = None,
 ) -> Export:
     """Write an export, with the short settings unless others are given."""
-    return export_c(exportable(name, model, config or SHORT[name]), real, form)
+    return export_texts(exportable(name, model, **(settings or SHORT[name])), real, form=form)
 
 
 def exported(
@@ -45,17 +45,19 @@ def exported(
     model: StateSpaceModel,
     real: str = "double",
     form: str | None = None,
-    config: Config = None,
+    settings: Settings | None = None,
 ) -> Exported:
     """Compile an export, with the short settings unless others are given."""
-    return Exported(made(name, model, real, form, config))
+    return Exported(made(name, model, real, form, settings))
 
 
-def interpreted(name: str, model: StateSpaceModel, config: Config = None) -> Estimator[Any]:
+def interpreted(
+    name: str, model: StateSpaceModel, settings: Settings | None = None
+) -> Estimator[Any]:
     """Build the estimator around CasADi's virtual machine."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(native, "compiler", lambda: None)
-        found: Estimator[Any] = KINDS[name](model, config or SHORT[name])
+        found: Estimator[Any] = KINDS[name](model, config_for(name, **(settings or SHORT[name])))
     return found
 
 

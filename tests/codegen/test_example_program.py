@@ -16,10 +16,10 @@ from codegen.example import headers
 from codegen.folder import export_files
 from commands.cli import app
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from recordings.formats.columns import recording_columns
 from recordings.formats.tables import recording_to_table
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 from tests.codegen.exports import made
 from tests.engines import needs_compiler
 
@@ -31,15 +31,15 @@ STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
 
 @cache
 def table() -> pd.DataFrame:
-    pen = find_pen("reference")
-    return recording_to_table(simulate_recording(pen, SENSORS, "turn", 0.5, seed=3), pen)
+    pen = load_pen("reference")
+    return recording_to_table(simulate(pen, SENSORS, motion="turn", duration_s=0.5, seed=3), pen)
 
 
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The example of a filter in double precision, as CMakeLists.txt builds it."""
     folder = tmp_path_factory.mktemp("example")
-    model = pen_model(find_pen("reference"), SENSORS)
+    model = pen_model(load_pen("reference"), SENSORS)
     for name, text in export_files(made("ekf", model, form="root"), None, "…").items():
         (folder / name).write_text(text, "utf-8")
     compiled = ["pen.c", "main.c"]
@@ -78,7 +78,7 @@ def test_it_writes_what_estimate_writes(program: Path, tmp_path: Path) -> None:
 
 
 def test_headers_are_those_that_estimate_reads() -> None:
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     read = recording_columns(pen, {})
     for header, (place, factor) in headers(pen_model(pen, SENSORS)).items():
         assert read[header].factor == factor

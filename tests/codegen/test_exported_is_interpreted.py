@@ -7,20 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ekf_baseline.ekf import EkfConfig
 from estimation.estimate import Estimate
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
 from models.gaussian import GaussianState
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 from tests.closeness import estimate_error
-from tests.codegen.exports import Config, exported, interpreted, told
+from tests.codegen.exports import Settings, exported, interpreted, told
 from tests.disturbed import ABSURD_AT, EMPTY_AT, INFINITE_AT, LATE_AT, SATURATED_AT, disturbed
 from tests.engines import needs_compiler
 from tests.estimation import pens
@@ -37,11 +36,14 @@ SWING = pendulum.simulate(40, seed=3)
 
 
 def compare(
-    name: str, model: StateSpaceModel, measurements: list[Measurement], config: Config = None
+    name: str,
+    model: StateSpaceModel,
+    measurements: list[Measurement],
+    settings: Settings | None = None,
 ) -> list[Estimate]:
     """Compare every step; return the export's estimates."""
-    ours = told(exported(name, model, config=config), measurements)
-    plain = told(interpreted(name, model, config), measurements)
+    ours = told(exported(name, model, settings=settings), measurements)
+    plain = told(interpreted(name, model, settings), measurements)
     for a, b in zip(ours, plain, strict=True):
         assert estimate_error(model, a, b) < PER_STEP
         assert a.status is b.status
@@ -63,9 +65,9 @@ def test_whatever_goes_wrong_with_a_measurement(name: str) -> None:
 
 def test_it_is_what_runs_here_to_the_last_bit() -> None:
     """The same C, with what only it tells: factors kept, distance from the optimum."""
-    config = MheConfig(horizon=6, reuse_threshold=0.5)
-    ours = told(exported("mhe-rti", PENDULUM, config=config), SWING)
-    here = told(MheRti(PENDULUM, config), SWING)
+    settings = {"horizon": 6, "reuse_threshold": 0.5}
+    ours = told(exported("mhe-rti", PENDULUM, settings=settings), SWING)
+    here = told(MheRti(PENDULUM, MheRtiConfig(**settings)), SWING)
     for a, b in zip(ours, here, strict=True):
         np.testing.assert_array_equal(a.state.mean, b.state.mean)
         np.testing.assert_array_equal(a.state.covariance, b.state.covariance)
@@ -76,18 +78,18 @@ def test_it_is_what_runs_here_to_the_last_bit() -> None:
 def test_a_gate() -> None:
     measurements = list(SWING)
     measurements[20] = Measurement(SWING[20].time_s, SWING[20].y + 5)
-    estimates = compare("ekf", PENDULUM, measurements, EkfConfig(0.99))
+    estimates = compare("ekf", PENDULUM, measurements, {"gate_probability": 0.99})
     assert Status.GATED in estimates[20].status
 
 
 def test_losses() -> None:
-    config = MheConfig(horizon=4, huber={"level": 2.0}, sparse_noise=1.0)
-    compare("mhe-rti", PENDULUM, SWING, config)
+    settings = {"horizon": 4, "huber": {"level": 2.0}, "sparse_noise": 1.0}
+    compare("mhe-rti", PENDULUM, SWING, settings)
 
 
 @pytest.mark.parametrize("arrival_cost", ["none", "constant", "filtered", "smoothed"])
 def test_every_arrival_cost(arrival_cost: str) -> None:
-    compare("mhe-rti", PENDULUM, SWING, MheConfig(horizon=3, arrival_cost=arrival_cost))
+    compare("mhe-rti", PENDULUM, SWING, {"horizon": 3, "arrival_cost": arrival_cost})
 
 
 def test_bounds_hold() -> None:
@@ -99,10 +101,10 @@ def test_bounds_hold() -> None:
 
 def test_the_step_adds_the_writing_area() -> None:
     """Its readings are in the measurements that Python takes, and not in those that C is given."""
-    pen = find_pen("reference").model_copy(update={"degrees_of_freedom": 5})
+    pen = load_pen("reference").model_copy(update={"degrees_of_freedom": 5})
     model = pen_model(pen, ["accel"])
     assert [sensor.name for sensor in model.sensors if sensor.constant_reading is not None]
-    recording = simulate_recording(pen, ["accel"], "turn", 0.3, seed=2)
+    recording = simulate(pen, ["accel"], motion="turn", duration_s=0.3, seed=2)
     shifted = replace(recording, time_s=recording.time_s + 12.34567, truth=None)
     measurements = list(shifted.measurements(model))
     area = np.isfinite([m.y[-1] for m in measurements])

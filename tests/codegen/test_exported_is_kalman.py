@@ -10,7 +10,6 @@ import pytest
 from estimation.estimate import Estimate
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
 from tests.codegen.exports import FORMS, exported, told
 from tests.engines import needs_compiler
 from tests.linear_models import (
@@ -81,8 +80,8 @@ def test_each_step_is_the_textbooks(name: str, system_name: str, real: str, form
 def test_after_ten_thousand_steps(name: str, form: str) -> None:
     system, rng = SYSTEMS["coupled"], np.random.default_rng(12)
     measurements = system.simulate(irregular_times(10_000, rng), rng, missing=0.4)
-    config = MheConfig(horizon=5) if name == "mhe-rti" else None
-    estimates = told(exported(name, system.model, "double", form, config), measurements)
+    settings = {"horizon": 5} if name == "mhe-rti" else None
+    estimates = told(exported(name, system.model, "double", form, settings), measurements)
     wanted = system.textbook(measurements)
     assert max(error(a, b) for a, b in zip(estimates, wanted, strict=True)) < 1e-9
 

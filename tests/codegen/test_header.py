@@ -11,23 +11,23 @@ import numpy as np
 import pytest
 
 from codegen.estimate_fields import estimate_fields, estimate_structure, offsets
-from codegen.export import export_c
+from codegen.export import export_texts
 from codegen.exportable import exportable
 from codegen.names import macros
 from estimation.result import result_layout
 from estimation.status import SENTENCES, Status
-from mhe.config import MheConfig
+from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
 from models.errors import InputError
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.units import readable_unit
 from tests.codegen.exports import made
 from tests.codegen.toolchains import written
 from tests.engines import needs_compiler
 from tests.estimation import pens
 
-PEN = pen_model(find_pen("reference"), ["accel", "gyro"])
+PEN = pen_model(load_pen("reference"), ["accel", "gyro"])
 C_TYPES = {"double": ctypes.c_double, "float": ctypes.c_float}
 HEADER = made("mhe-rti", PEN).header
 
@@ -98,13 +98,13 @@ def test_python_and_c_agree_on_the_estimate(real: str, c_type: type, tmp_path: P
 @pytest.mark.usefixtures("interpreted")
 @pytest.mark.parametrize("arrival_cost", ["filtered", "none"])
 def test_a_window_begins_as_in_python(arrival_cost: str) -> None:
-    config = MheConfig(horizon=3, arrival_cost=arrival_cost)
-    start = exportable("mhe-rti", PEN, config).start
+    start = exportable("mhe-rti", PEN, horizon=3, arrival_cost=arrival_cost).start
+    config = MheRtiConfig(horizon=3, arrival_cost=arrival_cost)
     np.testing.assert_array_equal(start, MheRti(PEN, config).init().memory)
 
 
 def test_a_prefix_is_everywhere() -> None:
-    export = export_c(exportable("ekf", PEN), prefix="left_hand")
+    export = export_texts(exportable("ekf", PEN), prefix="left_hand")
     assert "typedef double left_hand_real;" in export.header
     assert not re.search(r"\bpen_|\bPEN_(?!MHE)", export.header + export.source)
 
@@ -112,7 +112,7 @@ def test_a_prefix_is_everywhere() -> None:
 @pytest.mark.parametrize("prefix", ["", "Pen", "1st", "my-pen", "stift ", "a b"])
 def test_a_prefix_that_c_cannot_have(prefix: str) -> None:
     with pytest.raises(InputError, match=r"prefix '.*', expected small letters"):
-        export_c(exportable("ekf", PEN), prefix=prefix)
+        export_texts(exportable("ekf", PEN), prefix=prefix)
 
 
 def test_names_become_distinct_words_of_c() -> None:

@@ -12,7 +12,6 @@ from estimation.estimate import Estimate
 from estimation.recording import Measurement
 from estimation.root_stage import in_roots, root
 from estimation.status import Status
-from mhe.config import MheConfig
 from models.gaussian import GaussianState
 from tests.closeness import estimate_error
 from tests.codegen.exports import SHORT, exported, told
@@ -57,9 +56,9 @@ def test_an_absurd_reading_spoils_nothing(name: str, real: str) -> None:
 
 def test_losses_scale_rows_and_noises_alike() -> None:
     model, measurements = pendulum.model(), pendulum.simulate(40, seed=3)
-    config = MheConfig(horizon=4, huber={"level": 2.0}, sparse_noise=1.0)
-    roots = told(exported("mhe-rti", model, "double", "root", config), measurements)
-    covariances = told(exported("mhe-rti", model, "double", "covariance", config), measurements)
+    settings = {"horizon": 4, "huber": {"level": 2.0}, "sparse_noise": 1.0}
+    roots = told(exported("mhe-rti", model, "double", "root", settings), measurements)
+    covariances = told(exported("mhe-rti", model, "double", "covariance", settings), measurements)
     for a, b in zip(roots, covariances, strict=True):
         assert estimate_error(model, a, b) < ALIKE_STD
 
@@ -112,7 +111,7 @@ def test_a_root_is_the_cholesky_factor() -> None:
 
 
 def test_linear_functions_are_as_sparse_as_those_they_come_from() -> None:
-    loop = exportable("mhe-rti", PEN, SHORT["mhe-rti"]).loop
+    loop = exportable("mhe-rti", PEN, **SHORT["mhe-rti"]).loop
     (predict,), (update,), *_ = loop.functions
     changed, fields = in_roots(PEN, loop)
     (transition,), (residual,), *_ = changed.functions

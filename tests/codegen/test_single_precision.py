@@ -8,27 +8,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.export import export_c
+from codegen.export import export_texts
 from codegen.exportable import exportable
 from codegen.exported import Exported
 from models.arrays import Array
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
-from recordings.written import load_dpoint
+from recordings.formats.dpoint import load_dpoint
 from tests.codegen.streams import compare
 from tests.engines import needs_compiler
 
 pytestmark = needs_compiler
 
-DPOINT = find_pen("dpoint")
+DPOINT = load_pen("dpoint")
 SENSORS = ("accel", "gyro", "camera")
 ESTIMATORS = ("ekf", "mhe-rti")
 
 
 def pair(name: str, model: StateSpaceModel) -> tuple[Exported, Exported]:
     """Return an estimator in single and in double precision, with its usual settings."""
-    single, double = (Exported(export_c(exportable(name, model), r)) for r in ("float", "double"))
+    single, double = (
+        Exported(export_texts(exportable(name, model), r)) for r in ("float", "double")
+    )
     return single, double
 
 

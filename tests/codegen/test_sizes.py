@@ -13,7 +13,6 @@ from codegen.folder import export_files
 from codegen.sizes import Sizes, Target, find_target, measure, size_words
 from estimation import native
 from estimation.result import result_layout
-from mhe.config import MheConfig
 from tests.codegen.exports import made
 from tests.codegen.toolchains import TOOLCHAINS, Toolchain
 from tests.engines import needs_compiler
@@ -47,7 +46,7 @@ def test_memory_is_what_the_structures_take(chain: Toolchain, real: str, c_type:
 @pytest.mark.parametrize("chain", TOOLCHAINS)
 def test_a_longer_window_takes_more_memory_and_no_more_code(chain: Toolchain) -> None:
     short, long = (
-        measure(made("mhe-rti", MODEL, "float", config=MheConfig(horizon=n)), target(chain))
+        measure(made("mhe-rti", MODEL, "float", settings={"horizon": n}), target(chain))
         for n in (5, 25)
     )
     assert long.ram > 2 * short.ram

@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.export import export_c
+from codegen.export import export_texts
 from codegen.exportable import exportable
 from mhe.compiled.loop import FUNCTIONS_OF
-from mhe.config import MheConfig
 from models.state_space import StateSpaceModel
 from tests.codegen.exports import made
 from tests.codegen.toolchains import CORTEX, HOST, TOOLCHAINS, Toolchain, compile_strictly, symbols
@@ -88,7 +87,7 @@ def test_only_what_is_used_is_in_it(
     parts: set[str],
     tmp_path: Path,
 ) -> None:
-    export = made("mhe-rti", model, config=MheConfig(horizon=2, **settings))  # type: ignore[arg-type]
+    export = made("mhe-rti", model, settings={"horizon": 2, **settings})
     compile_strictly(chain, export, tmp_path, ("-O0",))
     offered = symbols(chain, tmp_path, "pen_model.o", "-g")
     for part, functions in FUNCTIONS_OF.items():
@@ -98,7 +97,7 @@ def test_only_what_is_used_is_in_it(
 @pytest.mark.parametrize("chain", TOOLCHAINS)
 def test_a_clock_of_ones_own(chain: Toolchain, tmp_path: Path) -> None:
     """Its name is given; nothing else is needed of the machine."""
-    export = made("mhe-rti", PEN, "float", config=MheConfig(horizon=2, deadline_s=0.001))
+    export = made("mhe-rti", PEN, "float", settings={"horizon": 2, "deadline_s": 0.001})
     compile_strictly(chain, export, tmp_path, ("-Os", "-DPEN_MHE_CLOCK=my_seconds"))
     needed = symbols(chain, tmp_path, "pen.o", "-u")
     assert "my_seconds" in needed
@@ -112,7 +111,7 @@ def test_two_exports_live_side_by_side(tmp_path: Path) -> None:
     offered = []
     for prefix in ("left", "right"):
         (tmp_path / prefix).mkdir()
-        export = export_c(exportable("ekf", PEN), "float", prefix=prefix)
+        export = export_texts(exportable("ekf", PEN), "float", prefix=prefix)
         compile_strictly(HOST, export, tmp_path / prefix)
         files = (f"{prefix}.o", f"{prefix}_model.o")
         undefined = set().union(*(symbols(HOST, tmp_path / prefix, f, "-u") for f in files))

@@ -8,17 +8,16 @@ import pytest
 from codegen.exported import Exported
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
 from models.errors import InputError
 from tests.closeness import estimate_error
-from tests.codegen.exports import exported, told
+from tests.codegen.exports import Settings, exported, told
 from tests.engines import needs_compiler
 from tests.linear_models import coupled_system
 
 pytestmark = needs_compiler
 
 SYSTEM = coupled_system(3)
-CONFIGS = {"ekf": None, "mhe-rti": MheConfig(horizon=7)}
+SETTINGS: dict[str, Settings] = {"ekf": {}, "mhe-rti": {"horizon": 7}}
 
 
 def run(estimator: Exported, measurements: list[Measurement], later: float) -> list[np.ndarray]:
@@ -30,52 +29,52 @@ def run(estimator: Exported, measurements: list[Measurement], later: float) -> l
     ]
 
 
-@pytest.mark.parametrize("name", CONFIGS)
+@pytest.mark.parametrize("name", SETTINGS)
 @pytest.mark.parametrize("later", [2.0**13, 2.0**30])
 def test_single_precision_does_not_feel_when_it_is(name: str, later: float) -> None:
     """Times on a grid that both resolve: every bit stays, hours and decades later."""
     rng = np.random.default_rng(1)
     times = np.cumsum(rng.integers(1, 12, 300)) / 128
     measurements = SYSTEM.simulate(times, rng, 0.3)
-    estimator = exported(name, SYSTEM.model, "float", config=CONFIGS[name])
+    estimator = exported(name, SYSTEM.model, "float", settings=SETTINGS[name])
     np.testing.assert_array_equal(
         run(estimator, measurements, 0.0), run(estimator, measurements, later)
     )
 
 
-@pytest.mark.parametrize("name", CONFIGS)
+@pytest.mark.parametrize("name", SETTINGS)
 def test_intervals_stay_right_at_any_time(name: str) -> None:
     """10 ms apart in the tenth hour: a float of the time itself would take steps of 4 ms."""
     rng = np.random.default_rng(2)
     times = 36_000 + np.cumsum(rng.uniform(0.008, 0.012, 400))
     measurements = SYSTEM.simulate(times, rng, 0.2)
-    single = told(exported(name, SYSTEM.model, "float", config=CONFIGS[name]), measurements)
-    double = told(exported(name, SYSTEM.model, "double", config=CONFIGS[name]), measurements)
+    single = told(exported(name, SYSTEM.model, "float", settings=SETTINGS[name]), measurements)
+    double = told(exported(name, SYSTEM.model, "double", settings=SETTINGS[name]), measurements)
     errors = [estimate_error(SYSTEM.model, a, b) for a, b in zip(single, double, strict=True)]
     assert max(errors) < 1e-4
     assert max(errors[200:]) < 3 * max(errors[:200]), "errors do not pile up"
     assert [e.time_s for e in single] == times.tolist()
 
 
-@pytest.mark.parametrize("name", CONFIGS)
+@pytest.mark.parametrize("name", SETTINGS)
 @pytest.mark.parametrize("gap_s", [1.0, 60.0])
 def test_a_gap_within_the_window(name: str, gap_s: float) -> None:
     rng = np.random.default_rng(3)
     times = np.cumsum(np.full(60, 0.01))
     times[30:] += gap_s
     measurements = SYSTEM.simulate(times, rng, 0.2)
-    single = told(exported(name, SYSTEM.model, "float", config=CONFIGS[name]), measurements)
-    double = told(exported(name, SYSTEM.model, "double", config=CONFIGS[name]), measurements)
+    single = told(exported(name, SYSTEM.model, "float", settings=SETTINGS[name]), measurements)
+    double = told(exported(name, SYSTEM.model, "double", settings=SETTINGS[name]), measurements)
     for a, b in zip(single, double, strict=True):
         assert estimate_error(SYSTEM.model, a, b) < 1e-3
         assert a.status is b.status
 
 
 @pytest.mark.parametrize("real", ["double", "float"])
-@pytest.mark.parametrize("name", CONFIGS)
+@pytest.mark.parametrize("name", SETTINGS)
 def test_a_moment_too_late_is_late(name: str, real: str) -> None:
     """Even by less than single precision resolves; at the very time it is not."""
-    estimator = exported(name, SYSTEM.model, real, config=CONFIGS[name])
+    estimator = exported(name, SYSTEM.model, real, settings=SETTINGS[name])
     y = np.array([0.1, 0.2, 0.3])
     state, _ = estimator.step(estimator.init(), Measurement(1000.0, y))
     state, before = estimator.step(state, Measurement(1000.01, y))

@@ -11,7 +11,7 @@ import pytest
 from filelock import FileLock
 from typer.testing import CliRunner
 
-from benchmark.runner.journal import NAME as JOURNAL
+from benchmark.runner.outcome_lines import NAME as JOURNAL
 from benchmark.runner.run import Workers
 from benchmark.runner.tables import read_tables
 from benchmark.tasks.suite import Scope
@@ -27,8 +27,8 @@ def call(*arguments: str) -> Any:
     return CliRunner().invoke(app, arguments)
 
 
-def sentence(result: Any) -> str:
-    assert result.exit_code == 2
+def sentence(result: Any, exit_code: int = 2) -> str:
+    assert result.exit_code == exit_code
     message = str(result.stderr).strip()
     assert message.startswith("pen-mhe: ")
     assert "\n" not in message
@@ -132,7 +132,7 @@ def test_an_interrupted_run_says_so_and_goes_on(
     function = partial(interrupted_at, 2)
     monkeypatch.setattr(benchmark_run, "run_suites", partial(run_suites, function=function))
     arguments = ("benchmark", "pen", "--output", str(tmp_path), "--jobs", "1")
-    assert sentence(call(*arguments)) == (
+    assert sentence(call(*arguments), exit_code=130) == (
         "interrupted after 2 tasks, which are kept; the same command continues"
     )
     assert (tmp_path / JOURNAL).read_bytes().count(b"\n") == 2

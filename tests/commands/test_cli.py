@@ -23,13 +23,15 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.parametrize("estimator", ["ekf", "mhe"])
-def test_simulate_then_estimate(recording: Path, tmp_path: Path, estimator: str) -> None:
+@pytest.mark.parametrize(("estimator", "settings"), [("ekf", ""), ("mhe", "--horizon 5")])
+def test_simulate_then_estimate(
+    recording: Path, tmp_path: Path, estimator: str, settings: str
+) -> None:
     output, figure = tmp_path / "out.parquet", tmp_path / "out.png"
     result = runner.invoke(
         app,
         f"estimate {recording} --pen reference --sensors accel,gyro,camera --estimator {estimator} "
-        f"--output {output} --figure {figure} --horizon 5 --camera-rate 10 --camera-phase 1 "
+        f"--output {output} --figure {figure} {settings} --camera-rate 10 --camera-phase 1 "
         "--duration 0.6",
     )
     assert result.exit_code == 0, result.output

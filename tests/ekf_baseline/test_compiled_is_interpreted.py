@@ -26,7 +26,7 @@ MODEL = RUN.model.replace(sensors=(replace(ACCEL, reading_limit=40.0), *OTHERS))
 @pytest.mark.parametrize("gate", [None, 0.9, 0.999])
 def test_every_step(gate: float | None) -> None:
     measurements = disturbed(RUN.measurements, limit=39.99, outlier=3.0)
-    machine, plain = compiled_and_interpreted(lambda: Ekf(MODEL, EkfConfig(gate)))
+    machine, plain = compiled_and_interpreted(lambda: Ekf(MODEL, EkfConfig(gate_probability=gate)))
     estimates = steps(machine, measurements)
     for a, b in zip(estimates, steps(plain, measurements), strict=True):
         assert estimate_error(MODEL, a, b) < TOLERANCE_STD

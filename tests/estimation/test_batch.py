@@ -13,7 +13,7 @@ from estimation.estimate import EstimateHistory
 from estimation.estimator import BatchEstimator, run, run_measurements
 from estimation.recording import Measurement, Recording
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -27,13 +27,25 @@ LOSSES: dict[str, Any] = {"huber": {"accel": 2.0}, "sparse_noise": 2.0}
 
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Any]] = {
     "ekf": Ekf,
-    "ekf with a gate": lambda model: Ekf(model, EkfConfig(0.99)),
-    "mhe-rti": lambda model: MheRti(model, MheConfig(horizon=4)),
-    "mhe-rti, smoothed": lambda model: MheRti(model, MheConfig(4, arrival_cost="smoothed")),
+    "ekf with a gate": lambda model: Ekf(model, EkfConfig(gate_probability=0.99)),
+    "mhe-rti": lambda model: MheRti(model, MheRtiConfig(horizon=4)),
+    "mhe-rti, smoothed": lambda model: MheRti(
+        model, MheRtiConfig(horizon=4, arrival_cost="smoothed")
+    ),
     "mhe": lambda model: Mhe(model, MheConfig(horizon=4)),
     "mhe with losses": lambda model: Mhe(model, MheConfig(horizon=4, **LOSSES)),
 }
-COMPARED = ("time_s", "mean", "covariance", "innovation", "innovation_covariance", "iterations")
+COMPARED = (
+    "time_s",
+    "mean",
+    "covariance",
+    "innovation",
+    "innovation_covariance",
+    "iterations",
+    "std",
+    "innovation_std",
+    "squared_innovations",
+)
 
 
 @pytest.fixture(params=ESTIMATORS)
@@ -49,8 +61,8 @@ def assert_same(one: EstimateHistory, other: EstimateHistory) -> None:
 
 def test_equals_the_loop(estimator: Any) -> None:
     """With a late, an empty, an infinite and an absurd measurement in the middle."""
-    looped = run_measurements(estimator, MEASUREMENTS)
-    _, history = estimator.batch(estimator.init(), TIMES, Y)
+    looped = run_measurements(estimator, MEASUREMENTS, covariances=True)
+    _, history = estimator.batch(estimator.init(), TIMES, Y, covariances=True)
     assert_same(history, looped)
     assert history.estimator == looped.estimator == estimator.name
     assert history.status[LATE_AT] is Status.LATE
@@ -61,21 +73,23 @@ def test_equals_the_loop(estimator: Any) -> None:
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_equals_the_loop_without_a_compiler(name: str) -> None:
     estimator = ESTIMATORS[name](RUN.model)
-    _, history = estimator.batch(estimator.init(), TIMES[:24], Y[:24])
-    assert_same(history, run_measurements(estimator, MEASUREMENTS[:24]))
+    _, history = estimator.batch(estimator.init(), TIMES[:24], Y[:24], covariances=True)
+    assert_same(history, run_measurements(estimator, MEASUREMENTS[:24], covariances=True))
 
 
 @pytest.mark.parametrize("cut", [1, 3, LATE_AT, LATE_AT + 1, 30])
 def test_a_batch_goes_on_where_another_ended(estimator: Any, cut: int) -> None:
-    _, whole = estimator.batch(estimator.init(), TIMES, Y)
-    state, first = estimator.batch(estimator.init(), TIMES[:cut], Y[:cut])
+    _, whole = estimator.batch(estimator.init(), TIMES, Y, covariances=True)
+    state, first = estimator.batch(estimator.init(), TIMES[:cut], Y[:cut], covariances=True)
     kept = [array.copy() for array in arrays(state)]
-    state_after, second = estimator.batch(state, TIMES[cut:], Y[cut:])
+    state_after, second = estimator.batch(state, TIMES[cut:], Y[cut:], covariances=True)
     assert_same(EstimateHistory.joined([first, second]), whole)
     for array, copy in zip(arrays(state), kept, strict=True):
         np.testing.assert_array_equal(array, copy)
     after, estimate = estimator.step(state_after, Measurement(TIMES[-1] + 0.01, Y[-1]))
-    looped = run_measurements(estimator, [*MEASUREMENTS, Measurement(TIMES[-1] + 0.01, Y[-1])])
+    looped = run_measurements(
+        estimator, [*MEASUREMENTS, Measurement(TIMES[-1] + 0.01, Y[-1])], covariances=True
+    )
     np.testing.assert_array_equal(estimate.state.mean, looped.mean[-1])
     assert after is not state_after
 
@@ -87,17 +101,17 @@ def arrays(state: Any) -> list[Array]:
 
 
 def test_nothing_is_a_batch_too(estimator: Any) -> None:
-    state, history = estimator.batch(estimator.init(), TIMES[:0], Y[:0])
+    state, history = estimator.batch(estimator.init(), TIMES[:0], Y[:0], covariances=True)
     assert len(history) == 0
     assert history.mean.shape == (0, 15)
-    _, after = estimator.batch(state, TIMES, Y)
-    assert_same(after, estimator.batch(estimator.init(), TIMES, Y)[1])
+    _, after = estimator.batch(state, TIMES, Y, covariances=True)
+    assert_same(after, estimator.batch(estimator.init(), TIMES, Y, covariances=True)[1])
 
 
 def test_inputs_are_not_changed(estimator: Any) -> None:
     time_s, y, state = TIMES.copy(), Y.copy(), estimator.init()
     before = [array.copy() for array in arrays(state)]
-    estimator.batch(state, time_s, y)
+    estimator.batch(state, time_s, y, covariances=True)
     np.testing.assert_array_equal(time_s, TIMES)
     np.testing.assert_array_equal(y, Y)
     for array, copy in zip(arrays(state), before, strict=True):
@@ -106,14 +120,14 @@ def test_inputs_are_not_changed(estimator: Any) -> None:
 
 def test_a_recording_is_run_in_batches(estimator: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The driver's parts are the whole, and it tells how far it is."""
-    monkeypatch.setattr("estimation.estimator.BATCH_STEPS", 7)
+    monkeypatch.setattr("estimation.collect.BATCH_STEPS", 7)
     assert isinstance(estimator, BatchEstimator)
     times, y = (np.array([getattr(m, name) for m in RUN.measurements]) for name in ("time_s", "y"))
     parts = zip(("accel", "gyro", "camera"), np.split(y, [3, 6], axis=1), strict=True)
     recording = Recording("r", times, dict(parts))
     told: list[int] = []
-    history = run(estimator, recording, on_progress=told.append)
-    one_by_one = run(estimator, recording, on_step=lambda estimate: None)
+    history = run(estimator, recording, on_progress=told.append, covariances=True)
+    one_by_one = run(estimator, recording, on_step=lambda estimate: None, covariances=True)
     assert_same(history, one_by_one)
     assert sum(told) == len(history) == 40
     assert max(told) == 7
@@ -121,28 +135,31 @@ def test_a_recording_is_run_in_batches(estimator: Any, monkeypatch: pytest.Monke
 
 def test_any_memory_is_accepted(estimator: Any) -> None:
     """Read-only, strided, in Fortran's order, big-endian, with half the digits."""
-    _, wanted = estimator.batch(estimator.init(), TIMES, Y)
+    _, wanted = estimator.batch(estimator.init(), TIMES, Y, covariances=True)
     frozen = Y.copy()
     frozen.setflags(write=False)
     strided = np.repeat(Y, 2, axis=1)[:, ::2]
     for y in (frozen, strided, np.asfortranarray(Y), Y.astype(">f8")):
-        _, history = estimator.batch(estimator.init(), TIMES, y)
+        _, history = estimator.batch(estimator.init(), TIMES, y, covariances=True)
         assert_same(history, wanted)
         looped = [Measurement(t, row) for t, row in zip(TIMES, y, strict=True)]
-        assert_same(run_measurements(estimator, looped), wanted)
+        assert_same(run_measurements(estimator, looped, covariances=True), wanted)
     with np.errstate(over="ignore"):
         half = Y.astype(np.float32)
-    _, rounded = estimator.batch(estimator.init(), TIMES, half)
-    _, exact = estimator.batch(estimator.init(), TIMES, half.astype(np.float64))
+    _, rounded = estimator.batch(estimator.init(), TIMES, half, covariances=True)
+    _, exact = estimator.batch(estimator.init(), TIMES, half.astype(np.float64), covariances=True)
     assert_same(rounded, exact)
     looped = [Measurement(t, row) for t, row in zip(TIMES, half, strict=True)]
-    assert_same(run_measurements(estimator, looped), exact)
+    assert_same(run_measurements(estimator, looped, covariances=True), exact)
 
 
 def test_one_instance_carries_nothing_from_one_stream_to_another(estimator: Any) -> None:
     """The workspace is scratch: two streams in turn are two streams."""
     other = pens.draw_pen_run(20, seed=5).measurements
-    wanted = [run_measurements(estimator, stream) for stream in (MEASUREMENTS[:20], other)]
+    wanted = [
+        run_measurements(estimator, stream, covariances=True)
+        for stream in (MEASUREMENTS[:20], other)
+    ]
     states, found = [estimator.init(), estimator.init()], ([], [])  # type: ignore[var-annotated]
     for pair in zip(MEASUREMENTS[:20], other, strict=True):
         for i, measurement in enumerate(pair):

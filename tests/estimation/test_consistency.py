@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from ekf_baseline.ekf import Ekf
-from estimation.consistency import PROBABILITY, consistency, nees, nis
-from estimation.estimate import EstimateHistory
+from estimation.consistency import PROBABILITY, consistency_of, nees, nis
+from estimation.covariances import Covariances
 from estimation.estimator import run_measurements
+from estimation.history import EstimateHistory
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheIpoptConfig
 from mhe.reference.ipopt import MheIpopt
 from models.arrays import Array
 from models.errors import InputError
@@ -72,7 +73,7 @@ def test_a_kalman_filter_is_consistent() -> None:
     error_means, newest, innovations, freedoms = [], [], [], []
     for seed in range(n_runs):
         run = draw(SYSTEM, 25, seed)
-        history = run_measurements(ekf, run.measurements)
+        history = run_measurements(ekf, run.measurements, covariances=True)
         squared = nees(SYSTEM.model, history, run.states)
         error_means.append(squared.mean())
         newest.append(squared[-1])
@@ -81,11 +82,11 @@ def test_a_kalman_filter_is_consistent() -> None:
         freedoms.append(freedom)
     assert_mean(np.array(error_means), SYSTEM.model.n_x)
     # The last instants of the runs are independent: χ² holds exactly.
-    last = consistency(np.array(newest), SYSTEM.model.n_x)
+    last = consistency_of(np.array(newest), SYSTEM.model.n_x)
     assert (last.count, last.expected) == (n_runs, SYSTEM.model.n_x)
     assert last.is_inside
     # Innovations are independent within a run, too.
-    white = consistency(np.concatenate(innovations), np.concatenate(freedoms))
+    white = consistency_of(np.concatenate(innovations), np.concatenate(freedoms))
     assert white.is_inside
     assert white.count > 1400
     assert white.inside_fraction == pytest.approx(
@@ -95,22 +96,22 @@ def test_a_kalman_filter_is_consistent() -> None:
 
 def test_an_mhe_is_consistent() -> None:
     """With a short horizon, too: on a linear model its statistics are the Kalman filter's."""
-    mhe, ekf = MheIpopt(SYSTEM.model, MheConfig(horizon=2)), Ekf(SYSTEM.model)
+    mhe, ekf = MheIpopt(SYSTEM.model, MheIpoptConfig(horizon=2)), Ekf(SYSTEM.model)
     newest, innovations, freedoms = [], [], []
     for seed in range(100, 140):
         run = draw(SYSTEM, 6, seed)
-        history = run_measurements(mhe, run.measurements)
+        history = run_measurements(mhe, run.measurements, covariances=True)
         squared, freedom = nis(history)
         of_errors = nees(SYSTEM.model, history, run.states)
         newest.append(of_errors[-1])
         innovations.append(squared)
         freedoms.append(freedom)
-        filtered = run_measurements(ekf, run.measurements)
+        filtered = run_measurements(ekf, run.measurements, covariances=True)
         of_filter = nees(SYSTEM.model, filtered, run.states)
         np.testing.assert_allclose(of_errors, of_filter, rtol=1e-6, atol=1e-9)
         np.testing.assert_allclose(squared, nis(filtered)[0], rtol=1e-6, atol=1e-9)
-    assert consistency(np.array(newest), SYSTEM.model.n_x).is_inside
-    assert consistency(np.concatenate(innovations), np.concatenate(freedoms)).is_inside
+    assert consistency_of(np.array(newest), SYSTEM.model.n_x).is_inside
+    assert consistency_of(np.concatenate(innovations), np.concatenate(freedoms)).is_inside
 
 
 @pytest.mark.parametrize(("factor", "too_sure"), [(0.5, True), (2.0, False)])
@@ -120,13 +121,13 @@ def test_a_wrong_noise_level_is_found(factor: float, too_sure: bool) -> None:
     newest, innovations, freedoms = [], [], []
     for seed in range(200, 230):
         run = draw(SYSTEM, 40, seed, missing=0.0)
-        history = run_measurements(ekf, run.measurements)
+        history = run_measurements(ekf, run.measurements, covariances=True)
         newest.append(nees(model, history, run.states)[-1])
         squared, freedom = nis(history)
         innovations.append(squared)
         freedoms.append(freedom)
-    of_innovations = consistency(np.concatenate(innovations), np.concatenate(freedoms))
-    of_errors = consistency(np.array(newest), model.n_x)
+    of_innovations = consistency_of(np.concatenate(innovations), np.concatenate(freedoms))
+    of_errors = consistency_of(np.array(newest), model.n_x)
     for found in (of_innovations, of_errors):
         assert not found.is_inside
         assert (found.mean > found.upper) is too_sure
@@ -136,7 +137,7 @@ def test_a_wrong_noise_level_is_found(factor: float, too_sure: bool) -> None:
 def test_squared_distances_are_the_textbooks() -> None:
     """Of errors and of innovations, whatever rows are missing; NaN and 0 where all are."""
     run = draw(SYSTEM, 40, 7, missing=0.5)
-    history = run_measurements(Ekf(SYSTEM.model), run.measurements)
+    history = run_measurements(Ekf(SYSTEM.model), run.measurements, covariances=True)
     squared, freedom = nis(history)
     of_errors = nees(SYSTEM.model, history, run.states)
     assert set(freedom) == {0, 1, 2, 3}
@@ -158,9 +159,11 @@ def history_of(mean: Array, covariance: Array, names: tuple[str, ...]) -> Estima
         state_names=names,
         time_s=np.linspace(0.0, 1.0, n),
         mean=mean,
-        covariance=covariance,
+        std=np.full_like(mean, np.nan),
         innovation=nothing,
-        innovation_covariance=nothing[:, :, None],
+        innovation_std=nothing,
+        squared_innovations=nothing,
+        covariances=Covariances(covariance, nothing[:, :, None]),
         status=(Status.SOLVED,) * n,
         iterations=np.ones(n),
         step_time_s=np.zeros(n),
@@ -203,14 +206,14 @@ def test_a_covariance_that_is_none_is_infinitely_inconsistent() -> None:
     history = history_of(np.ones((5, 4)), covariance, SYSTEM.model.state_names)
     squared = nees(SYSTEM.model, history, np.zeros((5, 4)))
     np.testing.assert_array_equal(squared, [4.0, np.inf, np.inf, np.inf, 4.0])
-    found = consistency(squared, 4)
+    found = consistency_of(squared, 4)
     assert found.mean == np.inf
     assert not found.is_inside
 
 
 def test_unknown_truth_does_not_count() -> None:
     run = draw(SYSTEM, 20, 3)
-    history = run_measurements(Ekf(SYSTEM.model), run.measurements)
+    history = run_measurements(Ekf(SYSTEM.model), run.measurements, covariances=True)
     all_known = nees(SYSTEM.model, history, run.states)
     states = run.states.copy()
     states[4, 2] = states[11] = np.nan
@@ -218,18 +221,18 @@ def test_unknown_truth_does_not_count() -> None:
     known = np.delete(np.arange(20), [4, 11])
     assert np.isnan(squared[[4, 11]]).all()
     np.testing.assert_array_equal(squared[known], all_known[known])
-    found = consistency(squared, 4)
+    found = consistency_of(squared, 4)
     assert found.count == 18
     assert found.mean == pytest.approx(all_known[known].mean(), rel=1e-14)
 
 
 def test_bad_input_is_refused() -> None:
     run = draw(SYSTEM, 5, 1)
-    history = run_measurements(Ekf(SYSTEM.model), run.measurements)
+    history = run_measurements(Ekf(SYSTEM.model), run.measurements, covariances=True)
     sentence = r"true states have shape \(4, 4\), expected \(5, 4\): one per estimate"
     with pytest.raises(InputError, match=sentence):
         nees(SYSTEM.model, history, run.states[:4])
     with pytest.raises(InputError, match=r"shape \(5, 3\), expected \(5, 4\)"):
         nees(SYSTEM.model, history, run.states[:, :3])
     with pytest.raises(InputError, match="no instant to judge consistency by"):
-        consistency(np.full(3, np.nan), 2)
+        consistency_of(np.full(3, np.nan), 2)

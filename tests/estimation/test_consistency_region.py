@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import gammaincinv
 
-from estimation.consistency import PROBABILITY, consistency
+from estimation.consistency import PROBABILITY, consistency_of
 
 ALLOWED_ERRORS = 2.6
 """Standard errors, with fixed seeds."""
@@ -21,7 +21,7 @@ def test_region_of_a_mean() -> None:
     """n times the mean is χ² with the sum of the degrees of freedom."""
     squared = np.array([0.5, np.nan, 9.0, 2.0, 0.001, np.nan])
     freedom = np.array([1, 0, 3, 2, 3, 2])
-    found = consistency(squared, freedom)
+    found = consistency_of(squared, freedom)
     assert found.count == 4
     assert found.mean == pytest.approx(11.501 / 4, rel=1e-14)
     assert found.expected == 9 / 4
@@ -35,13 +35,13 @@ def test_region_of_a_mean() -> None:
 
 def test_one_freedom_for_all_is_that_freedom_for_each() -> None:
     squared = np.array([3.0, 1.0, np.nan, 8.0])
-    assert consistency(squared, 4) == consistency(squared, np.full(4, 4))
+    assert consistency_of(squared, 4) == consistency_of(squared, np.full(4, 4))
 
 
 def test_the_region_holds_the_mean_as_often_as_it_says() -> None:
     rng = np.random.default_rng(10)
     freedom, n_trials = np.array([1, 3, 3, 6, 2]), 4000
-    found = [consistency(rng.chisquare(freedom), freedom) for _ in range(n_trials)]
+    found = [consistency_of(rng.chisquare(freedom), freedom) for _ in range(n_trials)]
     for fractions, n in (
         ([one.is_inside for one in found], n_trials),
         ([one.inside_fraction for one in found], n_trials * len(freedom)),

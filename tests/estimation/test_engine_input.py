@@ -9,10 +9,11 @@ import pytest
 
 from ekf_baseline.ekf import Ekf
 from estimation.recording import Measurement
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.trajectory import Trajectory
 from models.errors import InputError
+from tests.configs import config_for
 from tests.engines import compiled_and_interpreted, needs_compiler
 from tests.linear_models import coupled_system
 
@@ -21,7 +22,7 @@ pytestmark = needs_compiler
 MODEL = coupled_system(3).model
 BUILDS: dict[str, Any] = {
     "ekf": lambda: Ekf(MODEL),
-    "mhe-rti": lambda: MheRti(MODEL, MheConfig(horizon=3)),
+    "mhe-rti": lambda: MheRti(MODEL, MheRtiConfig(horizon=3)),
     "mhe": lambda: Mhe(MODEL, MheConfig(horizon=3)),
 }
 WRONG_Y = [(1,), (2,), (4,), (3, 1), (1, 3), ()]
@@ -58,12 +59,12 @@ def test_a_time_that_is_no_number(name: str, time_s: float) -> None:
 
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
 @pytest.mark.parametrize("horizon", [2, 4])
-def test_a_state_of_another_horizon(kind: type[MheRti], horizon: int) -> None:
-    other = kind(MODEL, MheConfig(horizon=horizon))
+def test_a_state_of_another_horizon(kind: type[Mhe] | type[MheRti], horizon: int) -> None:
+    other = kind(MODEL, config_for(kind, horizon=horizon))
     state = other.init()
     for k in range(6):
         state, _ = other.step(state, Measurement(float(k), np.zeros(3)))
-    for mhe in compiled_and_interpreted(lambda: kind(MODEL, MheConfig(horizon=3))):
+    for mhe in compiled_and_interpreted(lambda: kind(MODEL, config_for(kind, horizon=3))):
         with pytest.raises(InputError, match="estimator of another model or horizon"):
             mhe.step(state, Measurement(7.0, np.zeros(3)))
         with pytest.raises(InputError, match="estimator of another model or horizon"):
@@ -82,9 +83,15 @@ def test_a_window_of_another_length(n: int) -> None:
 def test_settings_may_be_of_any_number_type() -> None:
     """They become C numbers: a whole number where C has a double must not fail to compile."""
     settings: dict[str, Any] = {"tolerance": 1, "sparse_noise": 2, "deadline_s": 10}
-    whole = MheConfig(np.int64(3), huber={"first": 2}, max_iterations=np.int32(50), **settings)  # type: ignore[arg-type]
+    numbers: dict[str, Any] = {"horizon": np.int64(3), "max_iterations": np.int32(50)}
+    whole = MheConfig(huber={"first": 2}, **numbers, **settings)
     plain = MheConfig(
-        3, tolerance=1.0, sparse_noise=2.0, deadline_s=10.0, huber={"first": 2.0}, max_iterations=50
+        horizon=3,
+        tolerance=1.0,
+        sparse_noise=2.0,
+        deadline_s=10.0,
+        huber={"first": 2.0},
+        max_iterations=50,
     )
     time_s, y = np.arange(8.0), np.random.default_rng(1).standard_normal((8, 3))
     histories = []

@@ -14,7 +14,7 @@ import pytest
 from ekf_baseline.ekf import Ekf
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.recording import Measurement
-from mhe.config import MheConfig
+from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -26,7 +26,7 @@ WARM_UP = 5
 """Parts until the allocator has all it wants for a batch's arrays."""
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Any]] = {
     "ekf": Ekf,
-    "mhe-rti": lambda model: MheRti(model, MheConfig(horizon=5)),
+    "mhe-rti": lambda model: MheRti(model, MheRtiConfig(horizon=5)),
 }
 ELEVATION = 4
 
@@ -61,7 +61,7 @@ def follow(name: str, n_parts: int) -> None:
         warm = resident_bytes()
         live_state, estimate = stepped(live, live_state, time_s, y)
         grown.append(resident_bytes() - warm)
-        batch_state, history = batch.batch(batch_state, time_s, y)
+        batch_state, history = batch.batch(batch_state, time_s, y, covariances=True)
         assert_end(history, estimate)
         assert all(status.is_solved for status in history.status)
         del history

@@ -84,7 +84,14 @@ def test_readings_are_stacked_in_the_models_order_and_missing_is_nan() -> None:
             "unused": (np.array([0.15]), np.array([[1.0]])),
         },
     )
-    y = np.array([m.y for m in recording.measurements(pen_model(config, ["gyro", "accel"], False))])
+    y = np.array(
+        [
+            m.y
+            for m in recording.measurements(
+                pen_model(config, ["gyro", "accel"], writing_area=False)
+            )
+        ]
+    )
     nan = [np.nan] * 3
     np.testing.assert_array_equal(
         y, [[*nan, 1, 2, 3], [7, 8, 9, *nan], [*nan, *nan], [10, np.nan, 12, 4, 5, 6]]

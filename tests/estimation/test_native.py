@@ -16,7 +16,7 @@ from ekf_baseline.ekf import Ekf
 from estimation import native
 from estimation.function_call import FunctionCall
 from estimation.kalman_stage import predict_function, update_function
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from tests.closeness import estimate_error
 from tests.engines import needs_compiler, steps
@@ -62,7 +62,7 @@ def test_estimators_without_a_compiler_say_so_once_and_give_the_same(
     run = draw_pen_run(10, 6)
     builds: list[Callable[[], Any]] = [
         lambda: Ekf(run.model),
-        lambda: MheRti(run.model, MheConfig(horizon=3)),
+        lambda: MheRti(run.model, MheRtiConfig(horizon=3)),
         lambda: Mhe(run.model, MheConfig(horizon=3)),
     ]
     compiled = [build() for build in builds]

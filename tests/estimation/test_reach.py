@@ -13,7 +13,7 @@ from estimation.estimate import EstimateHistory
 from estimation.estimator import Estimator, run, run_measurements
 from estimation.recording import Measurement, Recording
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheIpoptConfig
 from mhe.reference.ipopt import MheIpopt
 from models.arrays import Array
 from models.errors import InputError
@@ -45,7 +45,7 @@ SLOW: dict[str, Any] = {
 
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Estimator[Any]]] = {
     "ekf": Ekf,
-    "mhe-ipopt": lambda model: MheIpopt(model, MheConfig(horizon=2)),
+    "mhe-ipopt": lambda model: MheIpopt(model, MheIpoptConfig(horizon=2)),
 }
 
 

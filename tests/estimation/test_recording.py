@@ -23,7 +23,7 @@ def small() -> Recording:
             "accel": (np.array([0.0, 0.1, 0.2, 0.3]), np.arange(8.0).reshape(4, 2)),
             "camera": (np.array([0.05, 0.2]), np.array([[10.0], [20.0]])),
         },
-        Truth(np.array([0.0]), ("tip_x_m",), np.zeros((1, 1))),
+        truth=Truth(np.array([0.0]), ("tip_x_m",), np.zeros((1, 1))),
     )
 
 
@@ -171,3 +171,11 @@ def test_an_unknown_sensor_is_refused_by_name(use: Callable[[Recording], object]
     with pytest.raises(InputError, match=r"gyro.*accel") as caught:
         use(small())
     assert one_sentence(caught.value)
+
+
+def test_a_prompt_shows_what_is_in_it() -> None:
+    truth = Truth(np.arange(3.0), ("a_m", "b_m"), np.zeros((3, 2)))
+    readings = {"gyro": np.array([[1.0], [np.nan], [2.0]]), "accel": np.zeros((3, 2))}
+    recording = Recording("loop", np.arange(3.0), readings, truth)
+    sentence = "<Recording loop: 0 s to 2 s, readings: gyro 2, accel 3, truth of 2 states>"
+    assert repr(recording) == sentence

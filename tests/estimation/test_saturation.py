@@ -15,7 +15,7 @@ from estimation.estimator import Estimator
 from estimation.kalman_stage import rows_present
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheIpoptConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.reference.ipopt import MheIpopt
 from models.pen import pen_model
@@ -36,8 +36,8 @@ AT = 3
 
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Estimator[Any]]] = {
     "ekf": Ekf,
-    "mhe-ipopt": lambda model: MheIpopt(model, MheConfig(horizon=3)),
-    "mhe-rti": lambda model: MheRti(model, MheConfig(horizon=3)),
+    "mhe-ipopt": lambda model: MheIpopt(model, MheIpoptConfig(horizon=3)),
+    "mhe-rti": lambda model: MheRti(model, MheRtiConfig(horizon=3)),
     "mhe": lambda model: Mhe(model, MheConfig(horizon=3)),
 }
 FIRST_AXIS = {"accel": 0, "gyro": 3}

@@ -12,7 +12,7 @@ from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from tests.estimation.test_measurements import CENTRE, model_with_area, recording_at
 
@@ -53,7 +53,7 @@ def test_measurements_are_the_rows_of_stacked() -> None:
         "camera": (np.arange(15) / 30, rng.standard_normal((15, 6))),
     }
     recording = Recording.from_sensors("r", parts)
-    model = pen_model(find_pen("reference"), SENSORS)
+    model = pen_model(load_pen("reference"), SENSORS)
     time_s, y = recording.stacked(model)
     measured = list(recording.measurements(model))
     np.testing.assert_array_equal([m.time_s for m in measured], time_s)

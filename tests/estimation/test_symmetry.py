@@ -10,10 +10,10 @@ from estimation.symmetry import direction, holds
 from models.arrays import Array
 from models.heading import heading_symmetry
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
-from pen_mhe.observe import judge, observe
-from recordings.simulate_pen import simulate_recording
+from pen_mhe.sensor_verdict import judge, observe
+from recordings.simulate_pen import simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -33,8 +33,8 @@ def model_of(
     pen: str = "reference",
     degrees_of_freedom: int = 6,
 ) -> StateSpaceModel:
-    config = find_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
-    return pen_model(config, sensors, writing_area)
+    config = load_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    return pen_model(config, sensors, writing_area=writing_area)
 
 
 def states_of(model: StateSpaceModel) -> Array:
@@ -73,24 +73,26 @@ def test_an_area_has_one_centre() -> None:
     np.testing.assert_array_equal(centre, [0.1, 0.1, 0.0])
     assert heading_holds(model)
     for elsewhere in (None, np.array([0.1, 0.09, 0.0])):
-        other = model.replace(symmetries=(heading_symmetry(6, model.n_x, elsewhere),))
+        other = model.replace(symmetries=(heading_symmetry(6, model.n_x, centre_m=elsewhere),))
         assert not heading_holds(other)
     # The axis is vertical: its height says nothing.
-    higher = model.replace(symmetries=(heading_symmetry(6, model.n_x, np.array([0.1, 0.1, 0.3])),))
+    higher = model.replace(
+        symmetries=(heading_symmetry(6, model.n_x, centre_m=np.array([0.1, 0.1, 0.3])),)
+    )
     assert heading_holds(higher)
 
 
 def test_without_an_area_every_centre_is_as_good() -> None:
     model = model_of(("accel", "gyro"), writing_area=False, pen="dpoint")
     for centre in (np.zeros(3), np.array([0.4, -0.2, 0.1])):
-        symmetry = heading_symmetry(6, model.n_x, centre)
+        symmetry = heading_symmetry(6, model.n_x, centre_m=centre)
         assert heading_holds(model.replace(symmetries=(symmetry,)))
 
 
 def test_one_state_that_shows_it_is_enough() -> None:
     """A tip at rest on the wrong axis stays where it is; in any other state it moves."""
     model = model_of(("accel", "gyro"), pen="dpoint")
-    wrong = heading_symmetry(6, model.n_x, np.array([0.1, 0.2, 0.0]))
+    wrong = heading_symmetry(6, model.n_x, centre_m=np.array([0.1, 0.2, 0.0]))
     on_its_axis = model.prior.mean.copy()
     on_its_axis[:3] = [0.1, 0.2, 0.0]
     assert holds(model, wrong, on_its_axis[None, :], STEP_S)
@@ -142,7 +144,7 @@ def test_the_direction_turns_with_the_centre() -> None:
 def test_the_azimuth_stays_unseen_however_long_the_motion(pen: str) -> None:
     """Ten seconds of handwriting within the writing area: no side of it is told."""
     motion = "handwriting"
-    found = observe(find_pen(pen), ("accel", "gyro"), motions=[motion], duration_s=10.0)
+    found = observe(load_pen(pen), ("accel", "gyro"), motions=[motion], duration_s=10.0)
     verdict = found.by_motion[motion]
     assert not verdict.sees("azimuth_rad")
     assert verdict.sees("elevation_rad")
@@ -152,8 +154,8 @@ def test_the_azimuth_stays_unseen_however_long_the_motion(pen: str) -> None:
 
 def test_without_its_symmetry_the_azimuth_would_seem_seen() -> None:
     """The area's linearised readings alone leave a fifth of what was known before."""
-    config, sensors = find_pen("dpoint"), ("accel", "gyro")
+    config, sensors = load_pen("dpoint"), ("accel", "gyro")
     model = pen_model(config, sensors).replace(symmetries=())
-    found = judge(model, simulate_recording(config, sensors, "handwriting", 10.0))
+    found = judge(model, simulate(config, sensors, motion="handwriting", duration_s=10.0))
     assert found.sees("azimuth_rad")
     assert found.observability.directions == ()

@@ -12,7 +12,7 @@ import pytest
 
 from ekf_baseline.ekf import Ekf
 from estimation.recording import Measurement
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -20,7 +20,7 @@ from tests.estimation import pens
 
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Any]] = {
     "ekf": Ekf,
-    "mhe-rti": lambda model: MheRti(model, MheConfig(horizon=8)),
+    "mhe-rti": lambda model: MheRti(model, MheRtiConfig(horizon=8)),
     "mhe": lambda model: Mhe(model, MheConfig(horizon=8, huber={"accel": 2.0})),
 }
 N = 150

@@ -12,7 +12,7 @@ from benchmark.bodies import BODIES
 from models.gaussian import GaussianState
 from models.paper import Paper
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
 from tests.estimation import pens
@@ -50,7 +50,7 @@ def _pen15() -> BoundedCase:
 
 def _dpoint() -> BoundedCase:
     """The D-POINT stylus on its paper: a slow camera, and held to the paper while it touches."""
-    pen, sensors = find_pen("dpoint"), ("accel", "gyro", "camera", "contact")
+    pen, sensors = load_pen("dpoint"), ("accel", "gyro", "camera", "contact")
     paper = Paper(height_m=0.0, touch_tolerance_m=2e-4)
     bounded = pen_model(pen.model_copy(update={"paper": paper}), sensors)
     free = pen_model(pen, sensors)

@@ -16,7 +16,7 @@ from functools import cache
 import numpy as np
 
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheIpoptConfig
 from mhe.constraint_rows import constrain_function, demanded
 from mhe.realtime import Mhe
 from mhe.reference.ipopt import MheIpopt
@@ -87,7 +87,7 @@ class BoundedRow:
 def _solvers(case: str, horizon: int) -> tuple[Mhe, MheIpopt, SequentialQp]:
     model = bounded_case(case).bounded
     ours = MheConfig(horizon=horizon, tolerance=1e-10, max_iterations=3000)
-    its = MheConfig(horizon=horizon, tolerance=1e-12, max_iterations=500)
+    its = MheIpoptConfig(horizon=horizon, tolerance=1e-12, max_iterations=500)
     return Mhe(model, ours), MheIpopt(model, its), SequentialQp(model, ours)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from estimation.estimate import Estimate
 from estimation.estimator import Estimator
 from estimation.recording import Measurement
-from mhe.config import MheConfig
+from mhe.config import WindowConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.reference.ipopt import MheIpopt
 from models.arrays import Array
@@ -18,7 +18,7 @@ from models.state_space import StateSpaceModel
 from tests.linear_models import LinearSystem
 from tests.references.batch import BatchProblem, linear_readings
 
-ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, MheConfig], Estimator[Any]]] = {
+ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, Any], Estimator[Any]]] = {
     kind.name: kind for kind in (MheIpopt, MheRti, Mhe)
 }
 REAL_TIME, CONVERGING = ("mhe-rti", "mhe"), ("mhe-ipopt", "mhe")
@@ -27,7 +27,7 @@ REAL_TIME, CONVERGING = ("mhe-rti", "mhe"), ("mhe-ipopt", "mhe")
 def run_mhe(
     model: StateSpaceModel,
     measurements: list[Measurement],
-    config: MheConfig,
+    config: WindowConfig,
     estimator: str = "mhe-ipopt",
 ) -> list[Estimate]:
     """Return the estimates of all steps."""

@@ -11,6 +11,7 @@ from estimation.recording import Measurement
 from mhe.arrival_cost import DIFFUSE_FACTOR
 from mhe.config import MheConfig
 from models.errors import InputError
+from tests.configs import config_for
 from tests.linear_models import (
     LinearSystem,
     constant_acceleration_system,
@@ -36,7 +37,7 @@ def measured(system: LinearSystem) -> list[Measurement]:
 def test_none_forgets_what_was_before_the_window(name: str, horizon: int, estimator: str) -> None:
     system = SYSTEMS[name]
     measurements, prior = measured(system), system.model.prior
-    config = MheConfig(horizon=horizon, arrival_cost="none")
+    config = config_for(estimator, horizon=horizon, arrival_cost="none")
     for k, estimate in enumerate(run_mhe(system.model, measurements, config, estimator)):
         window = measurements[max(0, k - horizon) : k + 1]
         diffuse = DIFFUSE_FACTOR**2 * prior.covariance
@@ -56,7 +57,7 @@ def test_constant_is_the_priors_covariance_around_the_prediction(
     """x̄ of a window is the prediction made for its first stage from all stages before."""
     system = SYSTEMS[name]
     measurements = measured(system)
-    config = MheConfig(horizon=horizon, arrival_cost="constant")
+    config = config_for(estimator, horizon=horizon, arrival_cost="constant")
     predictions = [system.model.prior.mean]
     for k, estimate in enumerate(run_mhe(system.model, measurements, config, estimator)):
         first = max(0, k - horizon)
@@ -85,7 +86,7 @@ def test_no_reading_is_counted_twice(
     system = random_walk_system(copies, q=1e-30, r=1.0, p0=1.0)
     rng = np.random.default_rng(7)
     measurements = system.simulate(np.arange(12.0), rng, missing=0.0)
-    config = MheConfig(horizon=horizon, arrival_cost=arrival_cost)
+    config = config_for(estimator, horizon=horizon, arrival_cost=arrival_cost)
     estimates = run_mhe(system.model, measurements, config, estimator)
     y = np.array([m.y for m in measurements])
     for n, estimate in enumerate(estimates, start=1):
@@ -103,7 +104,9 @@ def test_filtered_settles_at_the_golden_ratio(horizon: int, estimator: str) -> N
     system = random_walk_system(2, q=1.0, r=1.0, p0=5.0)
     rng = np.random.default_rng(8)
     measurements = system.simulate(np.arange(40.0), rng, missing=0.0)
-    newest = run_mhe(system.model, measurements, MheConfig(horizon=horizon), estimator)[-1]
+    newest = run_mhe(system.model, measurements, config_for(estimator, horizon=horizon), estimator)[
+        -1
+    ]
     variance = np.diag(newest.state.covariance)
     np.testing.assert_allclose(variance, (np.sqrt(5) - 1) / 2, rtol=1e-12)
 
@@ -115,7 +118,7 @@ def test_smoothed_is_not_surer_than_the_filter(horizon: int, estimator: str) -> 
     q, r, p0, steps = 0.01, 1.0, 5.0, 60
     system, rng = random_walk_system(1, q, r, p0), np.random.default_rng(9)
     measurements = system.simulate(np.arange(float(steps)), rng, missing=0.0)
-    config = MheConfig(horizon=horizon, arrival_cost="smoothed")
+    config = config_for(estimator, horizon=horizon, arrival_cost="smoothed")
     newest = run_mhe(system.model, measurements, config, estimator)[-1].state
     wanted = system.textbook(measurements)[-1]
     np.testing.assert_allclose(newest.covariance, wanted.covariance, rtol=1e-10)
@@ -130,7 +133,12 @@ def test_the_three_differ(estimator: str) -> None:
     system = SYSTEMS["coupled"]
     measurements = measured(system)
     newest = [
-        run_mhe(system.model, measurements, MheConfig(3, arrival_cost=name), estimator)[-1]
+        run_mhe(
+            system.model,
+            measurements,
+            config_for(estimator, horizon=3, arrival_cost=name),
+            estimator,
+        )[-1]
         for name in ("none", "constant", "filtered")
     ]
     variances = [np.trace(estimate.state.covariance) for estimate in newest]

@@ -21,6 +21,7 @@ from mhe.realtime import Mhe, MheRti
 from mhe.trajectory import Trajectory
 from models.state_space import StateSpaceModel
 from tests.closeness import covariance_error, estimate_error, mean_error
+from tests.configs import config_for
 from tests.disturbed import (
     ABSURD_AT,
     EMPTY_AT,
@@ -81,10 +82,12 @@ def with_sensor(settings: dict[str, Any], model: StateSpaceModel) -> dict[str, A
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
 @pytest.mark.parametrize(("arrival_cost", "losses"), SETTINGS)
 @pytest.mark.parametrize("name", CASES)
-def test_every_step(name: str, arrival_cost: str, losses: str, kind: type[MheRti]) -> None:
+def test_every_step(
+    name: str, arrival_cost: str, losses: str, kind: type[Mhe] | type[MheRti]
+) -> None:
     model, measurements = CASES[name]
     settings = with_sensor(LOSSES[losses], model)
-    config = MheConfig(horizon=4, arrival_cost=arrival_cost, **settings)
+    config = config_for(kind, horizon=4, arrival_cost=arrival_cost, **settings)
     machine, plain = compiled_and_interpreted(lambda: kind(model, config))
     tolerance = CONVERGED if kind is Mhe else ONE_PASS
     for a, b in zip(steps(machine, measurements), steps(plain, measurements), strict=True):
@@ -94,9 +97,9 @@ def test_every_step(name: str, arrival_cost: str, losses: str, kind: type[MheRti
 
 
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
-def test_the_run_has_all_that_may_go_wrong(kind: type[MheRti]) -> None:
+def test_the_run_has_all_that_may_go_wrong(kind: type[Mhe] | type[MheRti]) -> None:
     model, measurements = CASES["pen"]
-    estimates = steps(kind(model, MheConfig(horizon=4)), measurements)
+    estimates = steps(kind(model, config_for(kind, horizon=4)), measurements)
     status = [estimate.status for estimate in estimates]
     assert status[LATE_AT] is Status.LATE
     assert status[EMPTY_AT] is Status.NO_READING

@@ -9,7 +9,7 @@ import pytest
 
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheIpoptConfig
 from mhe.reference.ipopt import MheIpopt
 from models.paper import Paper
 from models.pen import pen_model
@@ -51,7 +51,9 @@ def test_windows_while_they_grow(name: str) -> None:
     asked = np.array([np.isfinite(m.y[:1]) for m in measurements])
     assert 0 < asked.sum() < N_STAGES
     held = beyond = 0
-    for k, estimate in enumerate(run_mhe(model, measurements, MheConfig(horizon=N_STAGES - 1))):
+    for k, estimate in enumerate(
+        run_mhe(model, measurements, MheIpoptConfig(horizon=N_STAGES - 1))
+    ):
         batch, demanded = linear_batch(system, measurements[: k + 1]), asked[: k + 1]
         wanted = solve_held(batch, C, d, demanded)
         assert estimate.window is not None
@@ -77,7 +79,7 @@ def test_an_unfinished_window_may_exceed_what_nothing_demands(seed: int) -> None
     prior, rng = system.model.prior, np.random.default_rng(seed)
     times = np.cumsum(rng.uniform(0.05, 0.2, N_STAGES))
     measurements = tuple(system.simulate(times, rng, missing=0.4))
-    config = MheConfig(horizon=N_STAGES - 1)
+    config = MheIpoptConfig(horizon=N_STAGES - 1)
     start = rolled_out(system.model, prior.mean, measurements)
     optimum = MheIpopt(system.model, config).solve(prior, measurements, start).trajectory
     asked = np.array([np.isfinite(m.y[0]) for m in measurements])
@@ -118,7 +120,7 @@ def test_a_pen_is_on_its_paper_while_it_touches() -> None:
         if touches[k]:
             readings["tip"] = np.zeros(1)
         measurements.append(Measurement(0.05 * k, held.stack(readings)))
-    config = MheConfig(horizon=9)
+    config = MheIpoptConfig(horizon=9)
     loose, tight = (run_mhe(model, measurements, config)[-1] for model in (free, held))
     assert loose.window is not None
     assert tight.window is not None

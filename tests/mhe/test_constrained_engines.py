@@ -8,11 +8,12 @@ import pytest
 
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from tests.closeness import estimate_error
+from tests.configs import config_for
 from tests.disturbed import disturbed
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
 from tests.estimation import pens
@@ -50,9 +51,9 @@ CASES = {"pen": pen_case(), "axis": axis_case(), "pendulum": pendulum_case()}
 
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
 @pytest.mark.parametrize("name", CASES)
-def test_every_step(name: str, kind: type[MheRti]) -> None:
+def test_every_step(name: str, kind: type[Mhe] | type[MheRti]) -> None:
     model, measurements = CASES[name]
-    machine, plain = compiled_and_interpreted(lambda: kind(model, MheConfig(horizon=6)))
+    machine, plain = compiled_and_interpreted(lambda: kind(model, config_for(kind, horizon=6)))
     held = 0
     for a, b in zip(steps(machine, measurements), steps(plain, measurements), strict=True):
         assert estimate_error(model, a, b) < (1e-6 if kind is Mhe else 1e-9)
@@ -69,10 +70,10 @@ def _holds(model: StateSpaceModel, x: Array, within: float) -> bool:
 
 
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
-def test_bounds_hold_at_every_step(kind: type[MheRti]) -> None:
+def test_bounds_hold_at_every_step(kind: type[Mhe] | type[MheRti]) -> None:
     for name in ("pen", "axis"):
         model, measurements = CASES[name]
-        for estimate in steps(kind(model, MheConfig(horizon=6)), measurements):
+        for estimate in steps(kind(model, config_for(kind, horizon=6)), measurements):
             assert estimate.window is not None
             for x in estimate.window.states:
                 assert (x >= model.lower - 1e-9).all()
@@ -82,9 +83,8 @@ def test_bounds_hold_at_every_step(kind: type[MheRti]) -> None:
 
 def test_the_residual_of_the_conditions_is_told() -> None:
     model, measurements = CASES["pendulum"]
-    config = MheConfig(horizon=6)
-    converged = steps(Mhe(model, config), measurements)
-    one_pass = steps(MheRti(model, config), measurements)
+    converged = steps(Mhe(model, MheConfig(horizon=6)), measurements)
+    one_pass = steps(MheRti(model, MheRtiConfig(horizon=6)), measurements)
     solved = [e for e in converged if e.status is Status.SOLVED]
     assert len(solved) > 20
     assert max(estimate.kkt_residual for estimate in solved) < 1e-6
@@ -96,12 +96,12 @@ def test_the_residual_of_the_conditions_is_told() -> None:
 
 
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
-def test_rows_that_no_state_meets_are_told(kind: type[MheRti]) -> None:
+def test_rows_that_no_state_meets_are_told(kind: type[Mhe] | type[MheRti]) -> None:
     """x outside and inside of a circle: curved, so that no linear program sees it before."""
     model = pendulum.model().constrained(
         lambda x: ca.vertcat(ca.sumsqr(x) - 0.01, 0.04 - ca.sumsqr(x))
     )
-    estimates = steps(kind(model, MheConfig(horizon=4)), pendulum.simulate(12, 3))
+    estimates = steps(kind(model, config_for(kind, horizon=4)), pendulum.simulate(12, 3))
     assert not all(estimate.status.is_solved for estimate in estimates)
     for estimate in estimates:
         assert np.isfinite(estimate.state.mean).all()

@@ -9,9 +9,9 @@ import pytest
 
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
 from models.arrays import Array
 from models.state_space import StateSpaceModel
+from tests.configs import config_for
 from tests.estimation import pens
 from tests.linear_models import LinearSystem, constant_acceleration_system, coupled_system
 from tests.mhe.runs import CONVERGING, ESTIMATORS, full_length, linear_batch, run_mhe
@@ -74,7 +74,7 @@ def test_linear_windows_while_they_grow(name: str, estimator: str) -> None:
     times = np.cumsum(rng.uniform(0.05, 0.2, N_STAGES))
     measurements = system.simulate(times, rng, missing=0.2)
     model, C, d = constrained_case(system, measurements)
-    estimates = run_mhe(model, measurements, MheConfig(horizon=N_STAGES - 1), estimator)
+    estimates = run_mhe(model, measurements, config_for(estimator, horizon=N_STAGES - 1), estimator)
     for k, estimate in enumerate(estimates):
         wanted = solve_constrained(linear_batch(system, measurements[: k + 1]), C, d)
         assert estimate.window is not None
@@ -97,7 +97,7 @@ def test_pen_above_its_desk_and_beside_a_wall(seed: int, estimator: str) -> None
     model = run.model.bounded(tip_z_m=(desk, np.inf)).constrained(lambda x: x[0] + x[1] - wall)
     C, d = np.zeros((2, 15)), np.array([-desk, wall])
     C[0, 2], C[1, :2] = -1, 1
-    mhe = ESTIMATORS[estimator](model, MheConfig(horizon=full_length(run.measurements)))
+    mhe = ESTIMATORS[estimator](model, config_for(estimator, horizon=full_length(run.measurements)))
     state, errors = mhe.init(), []
     for k, measurement in enumerate(run.measurements):
         state, estimate = mhe.step(state, measurement)
@@ -115,7 +115,7 @@ def test_pen_above_its_desk_and_beside_a_wall(seed: int, estimator: str) -> None
 def test_bounds_that_are_far_away_change_nothing(estimator: str) -> None:
     system, rng = coupled_system(3), np.random.default_rng(2)
     measurements = system.simulate(np.cumsum(rng.uniform(0.05, 0.2, 8)), rng)
-    config = MheConfig(horizon=4, tolerance=1e-10)
+    config = config_for(estimator, horizon=4, tolerance=1e-10)
     free = run_mhe(system.model, measurements, config, estimator)
     far = system.model.bounded(s0_m=(-1e3, 1e3)).constrained(lambda x: x[1] - 1e3)
     for one, other in zip(free, run_mhe(far, measurements, config, estimator), strict=True):
@@ -129,8 +129,8 @@ def test_a_bound_outlives_the_stage_that_carried_it(estimator: str) -> None:
     measurements = system.simulate(np.cumsum(rng.uniform(0.05, 0.2, 30)), rng, missing=0.0)
     level = float(np.median([m.y[0] for m in measurements]))
     model = system.model.bounded(s0_m=(-np.inf, level))
-    estimates = run_mhe(model, measurements, MheConfig(horizon=4), estimator)
-    free = run_mhe(system.model, measurements, MheConfig(horizon=4), estimator)
+    estimates = run_mhe(model, measurements, config_for(estimator, horizon=4), estimator)
+    free = run_mhe(system.model, measurements, config_for(estimator, horizon=4), estimator)
     newest = np.array([estimate.state.mean[0] for estimate in estimates])
     assert sum(estimate.state.mean[0] > level for estimate in free) > 5
     assert (newest <= level + 1e-8).all()

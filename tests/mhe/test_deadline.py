@@ -16,6 +16,7 @@ from mhe.realtime import Mhe, MheRti
 from mhe.window_memory import WindowState
 from models.gaussian import GaussianState
 from tests.closeness import covariance_error, estimate_error, mean_error
+from tests.configs import config_for
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
 from tests.estimation import pens
 from tests.mhe.windows import window_of
@@ -38,13 +39,18 @@ class Ticking:
 
 
 def timed(
-    kind: type[MheRti], clock: Ticking, deadline_s: float = 1.0, reuse_threshold: float = 0.0
-) -> MheRti:
-    config = MheConfig(HORIZON, deadline_s=deadline_s, reuse_threshold=reuse_threshold)
-    return kind(MODEL, config, clock)
+    kind: type[Mhe] | type[MheRti],
+    clock: Ticking,
+    deadline_s: float = 1.0,
+    reuse_threshold: float = 0.0,
+) -> Mhe | MheRti:
+    config = config_for(
+        kind, horizon=HORIZON, deadline_s=deadline_s, reuse_threshold=reuse_threshold
+    )
+    return kind(MODEL, config, clock=clock)
 
 
-def before_last(mhe: MheRti, clock: Ticking) -> WindowState:
+def before_last(mhe: Mhe | MheRti, clock: Ticking) -> WindowState:
     """All steps but the last, with time to spare."""
     clock.tick = 1e-9
     state = mhe.init()
@@ -53,7 +59,9 @@ def before_last(mhe: MheRti, clock: Ticking) -> WindowState:
     return state
 
 
-def last_step(kind: type[MheRti], tick: float) -> tuple[WindowState, Estimate, MheRti]:
+def last_step(
+    kind: type[Mhe] | type[MheRti], tick: float
+) -> tuple[WindowState, Estimate, Mhe | MheRti]:
     """The last step, by a clock that then ticks in large steps."""
     clock = Ticking()
     mhe = timed(kind, clock)
@@ -63,8 +71,8 @@ def last_step(kind: type[MheRti], tick: float) -> tuple[WindowState, Estimate, M
     return state, estimate, mhe
 
 
-def free(kind: type[MheRti], **settings: int) -> list[Estimate]:
-    config = MheConfig(HORIZON, reuse_threshold=0.0, **settings)  # type: ignore[arg-type]
+def free(kind: type[Mhe] | type[MheRti], **settings: int) -> list[Estimate]:
+    config = config_for(kind, horizon=HORIZON, reuse_threshold=0.0, **settings)
     return steps(kind(MODEL, config), RUN.measurements)
 
 
@@ -77,7 +85,7 @@ def engine(request: pytest.FixtureRequest) -> None:
 
 @either_engine
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
-def test_no_time_at_all_is_a_prediction(kind: type[MheRti]) -> None:
+def test_no_time_at_all_is_a_prediction(kind: type[Mhe] | type[MheRti]) -> None:
     _, estimate, mhe = last_step(kind, tick=2.0)
     *_, before = free(kind)[:-1]
     stage, dt = KalmanStage(MODEL), RUN.measurements[-1].time_s - before.time_s
@@ -96,9 +104,9 @@ def test_time_for_one_pass_is_one_pass() -> None:
     """What a limit of one pass returns, but for the status."""
     _, estimate, _ = last_step(Mhe, tick=0.3)
     clock = Ticking()
-    config = MheConfig(HORIZON, deadline_s=1.0, max_iterations=300)
-    limited = Mhe(MODEL, MheConfig(HORIZON, max_iterations=1))
-    state = before_last(Mhe(MODEL, config, clock), clock)
+    config = MheConfig(horizon=HORIZON, deadline_s=1.0, max_iterations=300)
+    limited = Mhe(MODEL, MheConfig(horizon=HORIZON, max_iterations=1))
+    state = before_last(Mhe(MODEL, config, clock=clock), clock)
     _, wanted = limited.step(state, RUN.measurements[-1])
     assert estimate.status is Status.TIME_LIMIT
     assert estimate.iterations == wanted.iterations == 1
@@ -159,7 +167,7 @@ def test_time_for_some_stages_makes_the_factors_of_some() -> None:
 
 @either_engine
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
-def test_a_prediction_loses_no_reading(kind: type[MheRti]) -> None:
+def test_a_prediction_loses_no_reading(kind: type[Mhe] | type[MheRti]) -> None:
     """The next step that has time uses the readings that the last had no time for."""
     clock = Ticking()
     mhe, state, estimates = timed(kind, clock), None, []

@@ -9,8 +9,8 @@ import pytest
 
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
 from models.state_space import StateSpaceModel
+from tests.configs import config_for
 from tests.estimation.pens import draw_pen_run
 from tests.linear_models import constant_acceleration_system, coupled_system, irregular_times
 from tests.mhe.runs import ESTIMATORS, full_length, run_mhe, with_empty_stages
@@ -40,7 +40,12 @@ def test_inserted_stages_change_nothing_at_the_others(name: str, estimator: str)
     filled = with_empty_stages(measurements)
     assert len(filled) > len(measurements) + 3
     plain, split = (
-        run_mhe(model, ms, MheConfig(full_length(ms), reuse_threshold=0.0), estimator)
+        run_mhe(
+            model,
+            ms,
+            config_for(estimator, horizon=full_length(ms), reuse_threshold=0.0),
+            estimator,
+        )
         for ms in (measurements, filled)
     )
     row_of = {measurement.time_s: row for row, measurement in enumerate(filled)}
@@ -68,7 +73,11 @@ def test_two_readings_at_one_time_are_one_reading_of_both(estimator: str) -> Non
         first, second = measurement.y.copy(), measurement.y.copy()
         first[1:], second[:1] = np.nan, np.nan
         apart += [Measurement(measurement.time_s, y) for y in (first, second)]
-    one = run_mhe(system.model, together, MheConfig(full_length(together)), estimator)
-    two = run_mhe(system.model, apart, MheConfig(full_length(apart)), estimator)[1::2]
+    one = run_mhe(
+        system.model, together, config_for(estimator, horizon=full_length(together)), estimator
+    )
+    two = run_mhe(
+        system.model, apart, config_for(estimator, horizon=full_length(apart)), estimator
+    )[1::2]
     for a, b in zip(one, two, strict=True):
         assert np.abs((a.state.mean - b.state.mean) / a.state.std).max() < TOLERANCE_STD

@@ -50,8 +50,8 @@ class Failing:
 
 
 def failing(model: StateSpaceModel, from_s: float, **settings: float) -> Mhe:
-    mhe = Mhe(model, MheConfig(N, **settings))  # type: ignore[arg-type]
-    mhe._engine = Failing(mhe._engine, from_s)  # type: ignore[assignment]
+    mhe = Mhe(model, MheConfig(horizon=N, **settings))  # type: ignore[arg-type]
+    mhe._loop._engine = Failing(mhe._loop._engine, from_s)  # type: ignore[assignment]
     return mhe
 
 
@@ -62,7 +62,7 @@ def case() -> tuple[StateSpaceModel, list[Measurement]]:
 
 def test_steps_are_solved_all_the_same(case: tuple[StateSpaceModel, list[Measurement]]) -> None:
     model, measurements = case
-    good, bad = Mhe(model, MheConfig(N)), failing(model, measurements[6].time_s)
+    good, bad = Mhe(model, MheConfig(horizon=N)), failing(model, measurements[6].time_s)
     a, b, pressed = good.init(), bad.init(), 0
     for k, measurement in enumerate(measurements):
         a, wanted = good.step(a, measurement)

@@ -7,7 +7,8 @@ import pytest
 
 from estimation.kalman_stage import KalmanStage
 from estimation.recording import Measurement
-from mhe.reference.ipopt import MheConfig, MheIpopt, MheState
+from mhe.config import MheIpoptConfig
+from mhe.reference.ipopt import MheIpopt, MheState
 from models.arrays import Array
 from models.gaussian import GaussianState
 from tests.estimation import pens
@@ -41,7 +42,7 @@ def noises_between(states: Array, measurements: tuple[Measurement, ...]) -> Arra
 def test_newest_state_comes_back(horizon: int) -> None:
     """With a horizon of 6 the window has slid over a filtered arrival cost."""
     run = pens.draw_pen_run(16, seed=1)
-    mhe = MheIpopt(run.model, MheConfig(horizon=horizon))
+    mhe = MheIpopt(run.model, MheIpoptConfig(horizon=horizon))
     stage, state = KalmanStage(run.model), mhe.init()
     for measurement in run.measurements:
         state, estimate = mhe.step(state, measurement)
@@ -58,7 +59,7 @@ def test_newest_state_comes_back(horizon: int) -> None:
 def test_away_from_the_optimum_it_does_not_come_back() -> None:
     """The check above has teeth: half a standard deviation aside, the pass moves."""
     run = pens.draw_pen_run(16, seed=1)
-    mhe = MheIpopt(run.model, MheConfig(horizon=15))
+    mhe = MheIpopt(run.model, MheIpoptConfig(horizon=15))
     stage, state = KalmanStage(run.model), mhe.init()
     for measurement in run.measurements:
         state, estimate = mhe.step(state, measurement)

@@ -10,8 +10,8 @@ import pytest
 
 from estimation.estimator import Estimator
 from estimation.recording import Measurement
-from mhe.config import MheConfig
 from models.gaussian import GaussianState
+from tests.configs import config_for
 from tests.estimation import pens
 from tests.linear_models import (
     LinearSystem,
@@ -31,7 +31,7 @@ N_STAGES = 16
 def test_linear_window(system: LinearSystem, estimator: str) -> None:
     rng = np.random.default_rng(41)
     measurements = system.simulate(irregular_times(20, rng), rng)
-    config = MheConfig(horizon=19, reuse_threshold=0.0)
+    config = config_for(estimator, horizon=19, reuse_threshold=0.0)
     newest = run_mhe(system.model, measurements, config, estimator)[-1]
     wanted = linear_batch(system, measurements).solve()
     assert newest.window is not None
@@ -42,7 +42,7 @@ def test_linear_window(system: LinearSystem, estimator: str) -> None:
 @pytest.fixture(scope="module", params=CONVERGING)
 def pen_mhe(request: pytest.FixtureRequest) -> Estimator[Any]:
     run = pens.draw_pen_run(N_STAGES, seed=0)
-    config = MheConfig(horizon=full_length(run.measurements))
+    config = config_for(request.param, horizon=full_length(run.measurements))
     return ESTIMATORS[request.param](run.model, config)
 
 
@@ -100,7 +100,7 @@ def test_pen_window_across_half_a_turn(estimator: str) -> None:
     turned[3] = np.pi - 0.05
     run = pens.draw_pen_run(N_STAGES, seed=13, mean=turned)
     prior = GaussianState(turned, np.diag(pens.PRIOR_STD**2))
-    config = MheConfig(horizon=full_length(run.measurements))
+    config = config_for(estimator, horizon=full_length(run.measurements))
     mhe = ESTIMATORS[estimator](run.model.replace(prior=prior), config)
     states = newest_states(mhe, run.measurements)
     wanted = pen_optimum(13, azimuth=turned[3])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import cho_factor, cho_solve
 
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.trajectory import Trajectory
 from models.arrays import Array
@@ -35,7 +35,7 @@ def largest_error(move: Moved, wanted: Trajectory, covariance: Array, mhe: MheRt
 @pytest.mark.parametrize("arrival_cost", ["filtered", "smoothed", "constant"])
 @pytest.mark.parametrize("horizon", [1, 5, 13])
 def test_on_the_pen(horizon: int, arrival_cost: str) -> None:
-    config = MheConfig(horizon, arrival_cost=arrival_cost, reuse_threshold=0.0)
+    config = MheRtiConfig(horizon=horizon, arrival_cost=arrival_cost, reuse_threshold=0.0)
     mhe = MheRti(RUN.model, config)
     moved = []
     for move in moves(mhe, RUN.measurements):
@@ -54,7 +54,7 @@ def test_on_the_pen(horizon: int, arrival_cost: str) -> None:
 @pytest.mark.parametrize("horizon", [2, 8])
 def test_on_a_pendulum_whose_trajectory_does_not_obey_its_dynamics(horizon: int, seed: int) -> None:
     """A pass makes the linearised window's optimum the trajectory: the pendulum is curved."""
-    mhe = MheRti(pendulum.model(), MheConfig(horizon=horizon, reuse_threshold=0.0))
+    mhe = MheRti(pendulum.model(), MheRtiConfig(horizon=horizon, reuse_threshold=0.0))
     defects = []
     for move in moves(mhe, pendulum.simulate(25, seed)):
         times, y = [m.time_s for m in move.measurements], [m.y for m in move.measurements]

@@ -11,8 +11,10 @@ import pytest
 from estimation.estimate import Estimate
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.reference.ipopt import MheConfig, MheIpopt, MheState
+from mhe.config import MheIpoptConfig
+from mhe.reference.ipopt import MheIpopt, MheState
 from models.arrays import Array
+from tests.configs import config_for
 from tests.estimation import pens
 from tests.linear_models import constant_acceleration_system, coupled_system, irregular_times
 from tests.mhe.runs import ESTIMATORS
@@ -51,7 +53,7 @@ def test_a_limit_returns_the_best_point(
     horizon: int, settings: dict[str, Any], flag: Status
 ) -> None:
     """Never worse than the warm start, by a cost written down without CasADi."""
-    mhe = MheIpopt(RUN.model, MheConfig(horizon=horizon, **settings))
+    mhe = MheIpopt(RUN.model, MheIpoptConfig(horizon=horizon, **settings))
     state, before, flagged = mhe.init(), None, 0
     for measurement in RUN.measurements:
         state, estimate = mhe.step(state, measurement)
@@ -73,7 +75,7 @@ def test_one_iteration_is_better_than_none() -> None:
     """The best point is not merely the warm start."""
     costs = []
     for iterations in (0, 1, 3):
-        mhe = MheIpopt(RUN.model, MheConfig(horizon=13, max_iterations=iterations))
+        mhe = MheIpopt(RUN.model, MheIpoptConfig(horizon=13, max_iterations=iterations))
         state = mhe.init()
         for measurement in RUN.measurements[:6]:
             state, estimate = mhe.step(state, measurement)
@@ -88,7 +90,7 @@ def test_constraints_that_cannot_be_met_are_infeasible() -> None:
     measurements = system.simulate(irregular_times(8, rng), rng)
     # Not affine: `constrained` itself refuses an affine row that no state meets.
     model = system.model.bounded(s0_m=(-np.inf, 0.0)).constrained(lambda x: 1.0 - ca.sinh(x[0]))
-    mhe = MheIpopt(model, MheConfig(horizon=3))
+    mhe = MheIpopt(model, MheIpoptConfig(horizon=3))
     state = mhe.init()
     for measurement in measurements:
         state, estimate = mhe.step(state, measurement)
@@ -99,7 +101,7 @@ def test_constraints_that_cannot_be_met_are_infeasible() -> None:
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_a_late_measurement_is_flagged_and_changes_nothing(estimator: str) -> None:
-    mhe = ESTIMATORS[estimator](RUN.model, MheConfig(horizon=4))
+    mhe = ESTIMATORS[estimator](RUN.model, config_for(estimator, horizon=4))
     state = mhe.init()
     for measurement in RUN.measurements[:8]:
         state, before = mhe.step(state, measurement)
@@ -119,7 +121,7 @@ def test_a_late_measurement_is_flagged_and_changes_nothing(estimator: str) -> No
 def test_no_reading_is_flagged_and_gives_the_prediction(estimator: str) -> None:
     system, rng = constant_acceleration_system(1), np.random.default_rng(72)
     measurements = system.simulate(irregular_times(9, rng), rng, missing=0.0)
-    mhe = ESTIMATORS[estimator](system.model, MheConfig(horizon=3))
+    mhe = ESTIMATORS[estimator](system.model, config_for(estimator, horizon=3))
     state = mhe.init()
     for measurement in measurements:
         state, before = mhe.step(state, measurement)
@@ -138,7 +140,7 @@ def test_no_reading_is_flagged_and_gives_the_prediction(estimator: str) -> None:
 def test_an_infinite_reading_is_flagged_and_counts_as_missing(bad: float, estimator: str) -> None:
     system, rng = coupled_system(4), np.random.default_rng(73)
     measurements = system.simulate(irregular_times(6, rng), rng, missing=0.0)
-    mhe = ESTIMATORS[estimator](system.model, MheConfig(horizon=3))
+    mhe = ESTIMATORS[estimator](system.model, config_for(estimator, horizon=3))
     state = mhe.init()
     for measurement in measurements:
         state, _ = mhe.step(state, measurement)

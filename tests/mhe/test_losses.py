@@ -15,6 +15,7 @@ from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.errors import InputError
 from tests.closeness import mean_error
+from tests.configs import config_for
 from tests.estimation import pens
 from tests.linear_models import LinearSystem, coupled_system
 from tests.mhe.runs import CONVERGING, ESTIMATORS, REAL_TIME, full_length, linear_batch, run_mhe
@@ -83,8 +84,8 @@ def test_the_optimum_is_that_of_the_loss(name: str) -> None:
     wanted = optimum(measurements, settings)
     std = linear_batch(SYSTEM, measurements).solve().std
     assert 1 <= wanted.beyond.sum() < len(wanted.beyond) - 5
-    config = MheConfig(full_length(measurements), **settings)
     for estimator in CONVERGING:
+        config = config_for(estimator, horizon=full_length(measurements), **settings)
         estimate = run_mhe(SYSTEM.model, measurements, config, estimator)[-1]
         assert estimate.window is not None
         assert estimate.status.is_solved
@@ -97,7 +98,7 @@ def test_the_cost_that_is_told_is_the_loss(name: str) -> None:
     wanted = optimum(measurements, settings)
     batch = window(measurements)
     start = batch.states(np.zeros(batch.n_z))
-    mhe = Mhe(SYSTEM.model, MheConfig(full_length(measurements), **settings))
+    mhe = Mhe(SYSTEM.model, MheConfig(horizon=full_length(measurements), **settings))
     noises = np.zeros((N - 1, SYSTEM.model.n_w))
     found = mhe.solve(SYSTEM.model.prior, tuple(measurements), Trajectory(start, noises))
     assert found.cost == pytest.approx(wanted.cost, rel=1e-9)
@@ -108,7 +109,7 @@ def newest(system: LinearSystem, outlier: float, estimator: str, **settings: Any
     y = measurements[9].y.copy()
     y[0] += outlier
     measurements[9] = Measurement(measurements[9].time_s, y)
-    config = MheConfig(full_length(measurements), **settings)
+    config = config_for(estimator, horizon=full_length(measurements), **settings)
     return run_mhe(system.model, measurements, config, estimator)[-1].state.mean
 
 
@@ -132,7 +133,7 @@ def test_an_outliers_innovation_is_told_in_full(estimator: str) -> None:
     for outlier in (1e2, 1e3):
         measurements = readings()
         measurements[-1].y[0] += outlier
-        config = MheConfig(full_length(measurements), huber={"first": 1.5})
+        config = config_for(estimator, horizon=full_length(measurements), huber={"first": 1.5})
         told.append(run_mhe(SYSTEM.model, measurements, config, estimator)[-1])
     one, other = told
     np.testing.assert_allclose(other.innovation - one.innovation, [900, 0, 0], atol=1e-4)
@@ -147,7 +148,10 @@ def test_an_outliers_innovation_is_told_in_full(estimator: str) -> None:
 def test_a_threshold_that_nothing_reaches_is_least_squares(estimator: str) -> None:
     run = pens.draw_pen_run(14, seed=5)
     huber = {"accel": 1e6, "gyro": 1e6, "camera": 1e6}
-    far, plain = MheConfig(6, huber=huber, sparse_noise=1e6), MheConfig(6, reuse_threshold=0.0)
+    far, plain = (
+        config_for(estimator, horizon=6, huber=huber, sparse_noise=1e6),
+        config_for(estimator, horizon=6, reuse_threshold=0.0),
+    )
     losses, plain = (
         run_mhe(run.model, run.measurements, config, estimator) for config in (far, plain)
     )
@@ -161,9 +165,11 @@ def test_a_threshold_that_nothing_reaches_is_least_squares(estimator: str) -> No
 def test_the_pens_optimum_is_ipopts(settings: dict[str, Any]) -> None:
     run = pens.draw_pen_run(10, seed=5)
     run.measurements[7].y[6] += 0.05  # 25 standard deviations of the camera's position
-    config = MheConfig(full_length(run.measurements), tolerance=1e-9, **settings)
-    one, other = (run_mhe(run.model, run.measurements, config, e)[-1] for e in CONVERGING)
-    plain = run_mhe(run.model, run.measurements, MheConfig(9), "mhe")[-1]
+    tight = {"horizon": full_length(run.measurements), "tolerance": 1e-9, **settings}
+    one, other = (
+        run_mhe(run.model, run.measurements, config_for(e, **tight), e)[-1] for e in CONVERGING
+    )
+    plain = run_mhe(run.model, run.measurements, MheConfig(horizon=9), "mhe")[-1]
     assert one.status.is_solved
     assert other.status.is_solved
     assert mean_error(run.model, one.state.mean, other.state) < 1e-5
@@ -173,7 +179,7 @@ def test_the_pens_optimum_is_ipopts(settings: dict[str, Any]) -> None:
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_an_unknown_sensor_is_refused(estimator: str) -> None:
     with pytest.raises(InputError, match=r"sensor third, which is not part.*of first, second"):
-        ESTIMATORS[estimator](SYSTEM.model, MheConfig(huber={"third": 1.0}))
+        ESTIMATORS[estimator](SYSTEM.model, config_for(estimator, huber={"third": 1.0}))
 
 
 @pytest.mark.parametrize("threshold", [0.0, -1.0, np.nan])

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from estimation.status import Status
-from mhe.config import MheConfig
+from tests.configs import config_for
 from tests.linear_models import (
     constant_acceleration_system,
     coupled_system,
@@ -44,7 +44,7 @@ def test_every_step_is_the_textbook_filters(
 ) -> None:
     system, rng = SYSTEMS[name], np.random.default_rng(31)
     measurements = system.simulate(irregular_times(70, rng), rng, missing=0.35)
-    config = MheConfig(horizon=horizon, arrival_cost=arrival_cost)
+    config = config_for(estimator, horizon=horizon, arrival_cost=arrival_cost)
     estimates = run_mhe(system.model, measurements, config, estimator)
     posteriors = system.textbook(measurements)
     missing_rows = 0
@@ -67,7 +67,9 @@ def test_innovations_are_the_filters(horizon: int, estimator: str) -> None:
     """The newest stage's innovation on a linear model is y - H x⁻, its covariance S."""
     system, rng = SYSTEMS["coupled"], np.random.default_rng(32)
     measurements = system.simulate(irregular_times(25, rng), rng, missing=0.3)
-    estimates = run_mhe(system.model, measurements, MheConfig(horizon=horizon), estimator)
+    estimates = run_mhe(
+        system.model, measurements, config_for(estimator, horizon=horizon), estimator
+    )
     for estimate, wanted in zip(estimates, system.textbook(measurements), strict=True):
         rows = wanted.rows
         std = np.sqrt(np.diag(wanted.innovation_covariance))
@@ -81,7 +83,7 @@ def test_innovations_are_the_filters(horizon: int, estimator: str) -> None:
 def test_window_slides_over_the_last_stages(estimator: str) -> None:
     system, rng = SYSTEMS["one axis"], np.random.default_rng(33)
     measurements = system.simulate(irregular_times(12, rng), rng)
-    estimates = run_mhe(system.model, measurements, MheConfig(horizon=5), estimator)
+    estimates = run_mhe(system.model, measurements, config_for(estimator, horizon=5), estimator)
     times = [measurement.time_s for measurement in measurements]
     for k, estimate in enumerate(estimates):
         assert estimate.window is not None

@@ -7,7 +7,7 @@ import pytest
 
 from estimation.kalman_stage import KalmanStage
 from mhe.arrival_cost import RELINEARISATION_LIMIT
-from mhe.config import MheConfig
+from mhe.config import MheIpoptConfig
 from mhe.reference.ipopt import MheIpopt
 from models.gaussian import GaussianState
 from tests.mhe import pendulum
@@ -36,7 +36,7 @@ def test_prediction_is_linearised_at_the_point_given(stage: KalmanStage) -> None
 def test_filtered_arrival_cost_eliminates_the_dropped_stage() -> None:
     """At the filter's mean; at the window's trajectory where the mean misjudges the reading."""
     measurements, relinearised = pendulum.simulate(60, seed=2), []
-    mhe = MheIpopt(pendulum.model(), MheConfig(horizon=4))
+    mhe = MheIpopt(pendulum.model(), MheIpoptConfig(horizon=4))
     state = mhe.init()
     for measurement in measurements:
         before, (state, _) = state, mhe.step(state, measurement)
@@ -66,7 +66,7 @@ def test_filtered_arrival_cost_eliminates_the_dropped_stage() -> None:
 def test_full_window_is_the_least_squares_optimum(seed: int) -> None:
     """SciPy starts from the MHE's point: it must stay, and the gradient there must vanish."""
     measurements = pendulum.simulate(12, seed)
-    mhe = MheIpopt(pendulum.model(), MheConfig(horizon=11))
+    mhe = MheIpopt(pendulum.model(), MheIpoptConfig(horizon=11))
     state = mhe.init()
     for measurement in measurements:
         state, estimate = mhe.step(state, measurement)
@@ -83,7 +83,7 @@ def test_an_unfinished_window_is_never_worse_than_its_start(max_iterations: int)
     """Here IPOPT's iterates leave the dynamics: rolled out they can cost more than the start."""
     for seed in range(8):
         measurements = pendulum.simulate(12, seed)
-        mhe = MheIpopt(pendulum.model(), MheConfig(horizon=11, max_iterations=max_iterations))
+        mhe = MheIpopt(pendulum.model(), MheIpoptConfig(horizon=11, max_iterations=max_iterations))
         state, start = mhe.init(), np.zeros(2)
         for k, measurement in enumerate(measurements):
             state, estimate = mhe.step(state, measurement)

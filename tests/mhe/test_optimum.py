@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -58,8 +59,8 @@ def test_the_optimum_is_ipopts(model: str) -> None:
 
 
 @pytest.mark.slow
-def test_the_optimum_is_ipopts_on_a_thousand_windows() -> None:
-    rows = compare_all(window_table(1000), jobs=2)
+def test_the_optimum_is_ipopts_on_a_thousand_windows(tmp_path: Path) -> None:
+    rows = compare_all(window_table(1000), tmp_path, jobs=2)
     assert check(rows).verdicts[SAME] >= LEAST_SAME * len(rows)
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mhe.arrival_cost import RELINEARISATION_LIMIT
-from mhe.config import MheConfig
 from tests.closeness import covariance_error, mean_error
+from tests.configs import config_for
 from tests.mhe import pendulum
 from tests.mhe.runs import REAL_TIME
 from tests.mhe.windows import moves, real_time
@@ -20,7 +20,7 @@ TOLERANCE_STD = 1e-10
 def test_the_dropped_stage_is_eliminated(arrival_cost: str, estimator: str) -> None:
     """Smoothed: at the window's trajectory. Filtered: there only where the mean misjudges."""
     measurements, at_window = pendulum.simulate(60, seed=2), []
-    config = MheConfig(4, arrival_cost=arrival_cost, reuse_threshold=0.0)
+    config = config_for(estimator, horizon=4, arrival_cost=arrival_cost, reuse_threshold=0.0)
     mhe = real_time(estimator, pendulum.model(), config)
     for k, move in enumerate(moves(mhe, measurements)):
         if k < 5:
@@ -45,7 +45,9 @@ def test_the_dropped_stage_is_eliminated(arrival_cost: str, estimator: str) -> N
 @pytest.mark.parametrize("estimator", REAL_TIME)
 def test_constant_stands_on_the_prediction_of_its_stage(estimator: str) -> None:
     measurements = pendulum.simulate(20, seed=3)
-    mhe = real_time(estimator, pendulum.model(), MheConfig(4, arrival_cost="constant"))
+    mhe = real_time(
+        estimator, pendulum.model(), config_for(estimator, horizon=4, arrival_cost="constant")
+    )
     predicted = []
     for move in moves(mhe, measurements):
         predicted.append(move.guess.states[-1])

@@ -9,11 +9,11 @@ import pytest
 
 from ekf_baseline.ekf import Ekf
 from estimation.recording import Measurement
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.reuse import SETTLED, reuse_threshold
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.turntable import paper_turntable, turntable_model
 from tests.closeness import covariance_error, estimate_error, mean_error
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
@@ -28,7 +28,7 @@ THRESHOLDS = (0.1, 0.5, 2.0, NEVER_AGAIN)
 
 
 def rti(threshold: float, horizon: int = 6, arrival_cost: str = "filtered") -> MheRti:
-    config = MheConfig(horizon, arrival_cost=arrival_cost, reuse_threshold=threshold)
+    config = MheRtiConfig(horizon=horizon, arrival_cost=arrival_cost, reuse_threshold=threshold)
     return MheRti(RUN.model, config)
 
 
@@ -143,7 +143,7 @@ def test_readings_of_stages_that_stay_are_predicted_by_their_factors(
 def test_a_linear_model_is_solved_exactly(threshold: float) -> None:
     system, rng = coupled_system(3), np.random.default_rng(4)
     measurements = system.simulate(irregular_times(40, rng), rng, missing=0.3)
-    config = MheConfig(5, reuse_threshold=threshold)
+    config = MheRtiConfig(horizon=5, reuse_threshold=threshold)
     estimates = steps(MheRti(system.model, config), measurements)
     for estimate, wanted in zip(estimates, system.textbook(measurements), strict=True):
         std = np.sqrt(np.diag(wanted.covariance))
@@ -160,8 +160,10 @@ def test_stages_without_news_are_near_the_smoother(threshold: float) -> None:
     system, rng = coupled_system(5), np.random.default_rng(6)
     measurements = system.simulate(irregular_times(60, rng), rng, missing=0.3)
     filtered = system.textbook(measurements)
-    kept = steps(MheRti(system.model, MheConfig(15, reuse_threshold=threshold)), measurements)
-    smoothed = steps(Mhe(system.model, MheConfig(15)), measurements)
+    kept = steps(
+        MheRti(system.model, MheRtiConfig(horizon=15, reuse_threshold=threshold)), measurements
+    )
+    smoothed = steps(Mhe(system.model, MheConfig(horizon=15)), measurements)
     distances = []
     for n, (a, b) in enumerate(zip(kept, smoothed, strict=True), start=1):
         assert a.window is not None
@@ -178,8 +180,8 @@ def test_stages_without_news_are_near_the_smoother(threshold: float) -> None:
 )
 def test_where_factors_cannot_stay_all_passes_are_full(settings: dict[str, object]) -> None:
     measurements = pendulum.simulate(20, seed=1)
-    config = MheConfig(4, reuse_threshold=NEVER_AGAIN, **settings)  # type: ignore[arg-type]
-    full = MheConfig(4, reuse_threshold=0.0, **settings)  # type: ignore[arg-type]
+    config = MheRtiConfig(horizon=4, reuse_threshold=NEVER_AGAIN, **settings)  # type: ignore[arg-type]
+    full = MheRtiConfig(horizon=4, reuse_threshold=0.0, **settings)  # type: ignore[arg-type]
     both = (steps(MheRti(pendulum.model(), c), measurements) for c in (config, full))
     for a, b in zip(*both, strict=True):
         np.testing.assert_array_equal(a.state.mean, b.state.mean)
@@ -199,7 +201,7 @@ def test_a_bad_start_is_linearised_again() -> None:
 
 def test_without_a_threshold_the_model_decides() -> None:
     """Factors stay where sensors hold all states, else an estimate follows its linearisation."""
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     choices = {
         ("accel", "gyro", "camera"): True,
         ("camera",): True,
@@ -208,8 +210,8 @@ def test_without_a_threshold_the_model_decides() -> None:
     }
     for sensors, stays in choices.items():
         model = pen_model(pen, sensors)
-        assert (reuse_threshold(model, MheConfig()) > 0) == stays, sensors
-        assert reuse_threshold(model, MheConfig(reuse_threshold=0.3)) == 0.3
+        assert (reuse_threshold(model, MheRtiConfig()) > 0) == stays, sensors
+        assert reuse_threshold(model, MheRtiConfig(reuse_threshold=0.3)) == 0.3
     bare = pen_model(pen, ("accel", "gyro"), writing_area=False)
-    assert reuse_threshold(bare, MheConfig()) == 0
-    assert reuse_threshold(turntable_model(paper_turntable()), MheConfig()) > 0
+    assert reuse_threshold(bare, MheRtiConfig()) == 0
+    assert reuse_threshold(turntable_model(paper_turntable()), MheRtiConfig()) > 0

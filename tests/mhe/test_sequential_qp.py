@@ -10,7 +10,7 @@ import pytest
 
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig
+from mhe.config import MheConfig, MheIpoptConfig
 from mhe.constraint_rows import constrain_function
 from mhe.reference.ipopt import MheIpopt
 from mhe.sparse_qp.sequential_qp import ConstrainedSolution, SequentialQp
@@ -98,11 +98,11 @@ NONLINEAR: Mapping[str, tuple[StateSpaceModel, list[Measurement], dict[str, Any]
 @pytest.mark.parametrize("name", NONLINEAR)
 def test_the_optimum_is_ipopts(name: str) -> None:
     model, measurements, losses = NONLINEAR[name]
-    config = MheConfig(horizon=N_STAGES - 1, tolerance=1e-10, max_iterations=500, **losses)
+    tight = {"horizon": N_STAGES - 1, "tolerance": 1e-10, "max_iterations": 500, **losses}
     window = tuple(measurements)
     guess = rolled_out(model, model.prior.mean, window)
-    wanted = MheIpopt(model, config).solve(model.prior, window, guess)
-    found = solve(model, measurements, config)
+    wanted = MheIpopt(model, MheIpoptConfig(**tight)).solve(model.prior, window, guess)
+    found = solve(model, measurements, MheConfig(**tight))
     std = wanted.newest.std
     apart = found.solution.trajectory.states - wanted.trajectory.states
     assert found.solution.status is Status.SOLVED

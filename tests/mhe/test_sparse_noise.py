@@ -10,6 +10,7 @@ from mhe.config import MheConfig
 from mhe.realtime import Mhe
 from models.arrays import Array
 from models.turntable import paper_turntable, turntable_model
+from tests.configs import config_for
 from tests.mhe.runs import run_mhe
 from tests.mhe.windows import moves
 
@@ -45,7 +46,7 @@ def test_a_live_estimate_follows_sharper(estimator: str, share: float, seed: int
     every, behind, still = slice(None), slice(STOPS + 2, STOPS + 9), slice(25, STOPS)
     error = {}
     for sparse_noise in (None, SPARSE):
-        config = MheConfig(horizon=40, sparse_noise=sparse_noise)
+        config = config_for(estimator, horizon=40, sparse_noise=sparse_noise)
         estimates = run_mhe(MODEL, measurements, config, estimator)
         assert all(estimate.status.is_solved for estimate in estimates)
         away = np.array([estimate.state.mean for estimate in estimates]) - truth

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from estimation.estimate import Estimate
 from estimation.recording import Measurement
-from mhe.config import MheConfig
+from mhe.config import RealTimeConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.trajectory import Trajectory
 from mhe.window_memory import View, WindowState, window_memory
@@ -39,17 +40,19 @@ class Moved:
     estimate: Estimate
 
 
-def real_time(estimator: str, model: StateSpaceModel, config: MheConfig) -> MheRti:
+def real_time(estimator: str, model: StateSpaceModel, config: RealTimeConfig) -> Mhe | MheRti:
     """Return `mhe-rti` or `mhe`."""
-    return {"mhe-rti": MheRti, "mhe": Mhe}[estimator](model, config)
+    kinds: dict[str, Any] = {kind.name: kind for kind in (MheRti, Mhe)}
+    found: Mhe | MheRti = kinds[estimator](model, config)
+    return found
 
 
-def window_of(mhe: MheRti, state: WindowState) -> View:
+def window_of(mhe: Mhe | MheRti, state: WindowState) -> View:
     """Look at a window."""
     return View.of(window_memory(mhe.model, mhe.config.horizon + 1), state.memory)
 
 
-def moves(mhe: MheRti, measurements: list[Measurement]) -> list[Moved]:
+def moves(mhe: Mhe | MheRti, measurements: list[Measurement]) -> list[Moved]:
     """Step through measurements that are all on time."""
     state, found = mhe.init(), []
     for k, measurement in enumerate(measurements):

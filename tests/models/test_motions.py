@@ -50,7 +50,10 @@ def test_derivatives_are_those_of_the_path(name: str) -> None:
 @pytest.mark.parametrize("speed", [0.5, 1.7, 4.0])
 def test_speed_is_exact(name: str, speed: float) -> None:
     time_s = np.linspace(0, 3, 200)
-    fast, slow = sample_motion(name, time_s, 3, speed), sample_motion(name, speed * time_s, 3)
+    fast, slow = (
+        sample_motion(name, time_s, seed=3, speed=speed),
+        sample_motion(name, speed * time_s, seed=3),
+    )
     np.testing.assert_array_equal(fast.time_s, time_s)
     np.testing.assert_array_equal(fast.q, slow.q)
     np.testing.assert_array_equal(fast.q_dot, speed * slow.q_dot)
@@ -183,7 +186,7 @@ def test_handwriting_has_the_stated_rms() -> None:
     config = motion_named("handwriting")
     assert isinstance(config, Handwriting)
     n = 1500
-    samples = [sample_motion(config, np.array([0.0]), seed) for seed in range(n)]
+    samples = [sample_motion(config, np.array([0.0]), seed=seed) for seed in range(n)]
     centre = np.array([*config.tip_m, *config.angles_rad])
     rms = np.array([*config.tip_rms_m, *config.angles_rms_rad])
     scaled = np.array([motion.q[0] for motion in samples] - centre) / rms
@@ -213,8 +216,8 @@ def test_handwriting_stays_in_its_band() -> None:
     moving = {"tip_rms_m": (1, 2, 3), "angles_rms_rad": (1, 2, 3)}
     rest = {"description": "", "angles_rad": REST, "line_m": 0.1, "line_duration_s": 10.0}
     time_s = np.arange(0, 400, 0.05)
-    line = sample_motion(Handwriting(**bands, **still, **rest), time_s, 1)
-    wave = sample_motion(Handwriting(**bands, **moving, **rest), time_s, 1)
+    line = sample_motion(Handwriting(**bands, **still, **rest), time_s, seed=1)
+    wave = sample_motion(Handwriting(**bands, **moving, **rest), time_s, seed=1)
     lowest, highest = 2 * np.pi * np.array([[1.0] * 3 + [3.0] * 3, [1.5] * 3 + [4.0] * 3])
     q, q_dot, q_ddot = (
         np.sqrt(np.mean((getattr(wave, name) - getattr(line, name)) ** 2, axis=0))

@@ -57,7 +57,7 @@ def simulated(
     config = pen(degrees_of_freedom, {"it": sensor(rate_hz=RATE_HZ, **PLACE, **noise, **changes)})
     model = pen_model(config)
     times = sample_times(model, DURATION_S)
-    states = true_states(model, sample_motion("handwriting", times["it"], SEED), SEED)
+    states = true_states(model, sample_motion("handwriting", times["it"], seed=SEED), SEED)
     readings = simulate_readings(model, times, times["it"], states, SEED)
     return model.sensor("it"), readings.sensors["it"][1], states
 

@@ -63,7 +63,7 @@ def test_an_empty_table_is_paper_at_height_zero() -> None:
 
 def test_the_tip_is_never_below_the_paper() -> None:
     held = model("accel", "camera", height_m=0.02)
-    assert constraint_rows.row_names(held) == ("tip_z_m ≥ 0.02",)
+    assert constraint_rows.count(held) == 1
     assert held.lower[2] == 0.02
     assert np.isinf(np.delete(held.lower, 2)).all()
     assert np.isinf(held.upper).all()

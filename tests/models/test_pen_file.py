@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from models.bundled import bundled_pens
 from models.errors import InputError
 from models.pen import pen_model
-from models.pen_file import load_pen, parse_pen, presets
+from models.pen_file import as_pen, load_pen, parse_pen, presets
 from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
@@ -188,12 +189,24 @@ def test_more_than_one_mistake_is_counted(tmp_path: Path) -> None:
         load(tmp_path, ACCEL)
 
 
-@pytest.mark.parametrize("name", ["nothing.toml", "."])
-def test_file_that_cannot_be_read(name: str, tmp_path: Path) -> None:
-    path = tmp_path / name
-    with pytest.raises(InputError, match=re.escape(f"pen file {path}: ")) as error:
-        load_pen(path)
+def test_file_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=re.escape(f"pen file {tmp_path}: ")) as error:
+        load_pen(tmp_path)
     assert str(error.value).endswith("expected a readable TOML file")
+
+
+def test_file_that_is_missing(tmp_path: Path) -> None:
+    path = tmp_path / "nothing.toml"
+    with pytest.raises(InputError, match=re.escape(f"pen file {path} does not exist")) as error:
+        load_pen(path)
+    assert str(error.value).endswith("expected a file, or a bundled pen: dpoint, reference")
+
+
+def test_a_pen_is_known_by_name_by_path_and_by_itself() -> None:
+    pen = load_pen("dpoint")
+    assert load_pen(bundled_pens()["dpoint"]) == pen
+    assert as_pen("dpoint") == pen
+    assert as_pen(pen) is pen
 
 
 def test_bound_on_an_unknown_state_is_found_by_the_model(tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ def test_transition_is_3_block_by_block(block: int) -> None:
     symbol, x, v = ca.SX.sym("dt"), ca.SX.sym("x", 3 * block), ca.SX.sym("v", 3 * block)
     transition = ca.Function("A", [symbol], [printed.transition(symbol, block)])
     np.testing.assert_array_equal(matrix(transition, dt), A)
-    step = ca.Function("step", [x, v, symbol], [printed.next_state(x, v, symbol, block)])
+    step = ca.Function("step", [x, v, symbol], [printed.next_state(x, v, symbol, block=block)])
     before, noise = np.random.default_rng(0).normal(size=(2, 3 * block))
     np.testing.assert_allclose(call(step, before, noise, dt), A @ before + noise, rtol=1e-14)
 

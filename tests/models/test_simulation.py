@@ -48,7 +48,7 @@ def biased_model(**others: Any) -> StateSpaceModel:
 def biases(model: StateSpaceModel, times: dict[str, Array], seed: int) -> tuple[Array, Array]:
     """Return all instants and the accelerometer's biases (n, 3) along a pen held still."""
     time_s = union_of_times(times)
-    states = true_states(model, sample_motion("still", time_s), seed, times)
+    states = true_states(model, sample_motion("still", time_s), seed, times=times)
     index = [model.state_names.index(name) for name in model.sensor("accel").bias_states]
     return time_s, states[:, index]
 

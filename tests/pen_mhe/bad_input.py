@@ -14,10 +14,11 @@ import pandas as pd
 from typer.testing import CliRunner
 
 from commands.cli import app
-from models.pen_file import bundled_pens, find_pen
+from models.bundled import bundled_pens
+from models.pen_file import load_pen
 from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE
 from recordings.formats.tables import recording_to_table
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 
 ACCEL = tuple(f"accel_{axis}_m_s2" for axis in "xyz")
 GYRO = tuple(f"gyro_{axis}_rad_s" for axis in "xyz")
@@ -28,8 +29,8 @@ Writer = Callable[[Path], Path]
 @cache
 def table() -> pd.DataFrame:
     """The reference pen's accelerometer and gyroscope along a slow stroke, with truth."""
-    pen = find_pen("reference")
-    recording = simulate_recording(pen, ["accel", "gyro"], "turn", 6.0, seed=1, speed=0.5)
+    pen = load_pen("reference")
+    recording = simulate(pen, ["accel", "gyro"], motion="turn", duration_s=6.0, seed=1, speed=0.5)
     return recording_to_table(recording, pen)
 
 

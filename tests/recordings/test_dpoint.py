@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from benchmark.tasks.suite import Scope
-from mhe.config import MheConfig
 from models.errors import InputError
-from models.pen_file import find_pen
-from pen_mhe.estimate import EstimateRun, estimate_recording
-from pen_mhe.estimators import EstimatorSettings
+from models.pen_file import load_pen
+from pen_mhe.estimate_run import EstimateRun, estimate_recording
+from pen_mhe.estimators import settings_read
 from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE, read_dpoint
-from recordings.read import load_recording
+from recordings.read import read_written
 from recordings.thinning import CameraThinning
 from suites.real.dpoint_run import RATES
 from suites.real.suite import SUITE as REAL
@@ -28,15 +27,15 @@ HORIZON = 20
 def estimate(
     folder: Path, estimator: str, rate_hz: float, phase: int, duration_s: float | None = None
 ) -> EstimateRun:
-    pen = find_pen("dpoint")
+    pen = load_pen("dpoint")
     return estimate_recording(
-        load_recording(folder, pen),
+        read_written(folder, pen),
         pen,
-        estimator,
-        ("accel", "gyro", "camera"),
-        EstimatorSettings(mhe=MheConfig(horizon=HORIZON)),
-        CameraThinning(rate_hz, phase),
-        duration_s,
+        estimator=estimator,
+        sensors=("accel", "gyro", "camera"),
+        settings=settings_read(estimator, {"horizon": HORIZON}),
+        thinning=CameraThinning(rate_hz, phase),
+        duration_s=duration_s,
     )
 
 
@@ -101,7 +100,7 @@ def test_a_broken_scan_is_refused_before_the_run(dpoint_folder: Path, tmp_path: 
         (tmp_path / name).symlink_to(dpoint_folder / name)
     (tmp_path / "scan.jpg").write_bytes((dpoint_folder / "scan.jpg").read_bytes()[:1000])
     with pytest.raises(InputError, match=r"scan\.jpg: .* expected an image"):
-        load_recording(tmp_path, find_pen("dpoint"))
+        read_written(tmp_path, load_pen("dpoint"))
 
 
 def test_bad_folders(tmp_path: Path) -> None:

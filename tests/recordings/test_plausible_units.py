@@ -14,17 +14,17 @@ from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
 from models.pen import PenConfig
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.units import STANDARD_GRAVITY_M_S2
 from recordings.formats.tables import recording_from_table, recording_to_table
 from recordings.plausible_units import check_units
-from recordings.read import load_recording
-from recordings.simulate_pen import simulate_recording
+from recordings.read import read_recording
+from recordings.simulate_pen import simulate
 from tests.recordings.swings import swinging
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 DEG, G = np.pi / 180, STANDARD_GRAVITY_M_S2
-PEN = find_pen("reference")
+PEN = load_pen("reference")
 TURNED = [[0, -1, 0], [-1, 0, 0], [0, 0, -1]]
 READ_RIGHT = {"accel": "m_s2", "gyro": "rad_s"}
 
@@ -49,14 +49,14 @@ def refused_in(recording: Recording, pen: PenConfig, what: str) -> str:
     readings = {**recording.readings, name: recording.readings[name] * factor}
     wrong = dataclasses.replace(recording, readings=readings)
     with pytest.raises(InputError) as caught:
-        check_units(wrong, pen, READ_RIGHT | {name: what.split(" as ")[1]})
+        check_units(wrong, pen, read_as=READ_RIGHT | {name: what.split(" as ")[1]})
     return str(caught.value)
 
 
 def check_all(recording: Recording, pen: PenConfig, wrong: dict[str, Any]) -> None:
     """Right units pass; each wrong one is told apart from all others."""
     check_units(recording, pen)
-    check_units(recording, pen, READ_RIGHT)
+    check_units(recording, pen, read_as=READ_RIGHT)
     for what, (name, _, looks_like) in wrong.items():
         message = refused_in(recording, pen, what)
         read = what.split(" as ")[1]
@@ -87,21 +87,25 @@ FAST = [("turn", 2.0, 1.5), ("loops", 1.0, 3.0), ("yong", 1.0, 3.0), ("handwriti
 
 @pytest.mark.parametrize(("motion", "speed", "duration_s"), GENTLE)
 def test_simulated_motions(motion: str, speed: float, duration_s: float) -> None:
-    recording = simulate_recording(PEN, ["accel", "gyro"], motion, duration_s, 1, speed)
+    recording = simulate(
+        PEN, ["accel", "gyro"], motion=motion, duration_s=duration_s, seed=1, speed=speed
+    )
     check_all(recording, PEN, WRONG_ACCELEROMETER | WRONG_GYROSCOPE)
 
 
 @pytest.mark.parametrize(("motion", "speed", "duration_s"), FAST)
 def test_fast_motions_are_not_doubted(motion: str, speed: float, duration_s: float) -> None:
     """The hand's acceleration hides how gravity turns: no word on the gyroscope."""
-    recording = simulate_recording(PEN, ["accel", "gyro"], motion, duration_s, 1, speed)
+    recording = simulate(
+        PEN, ["accel", "gyro"], motion=motion, duration_s=duration_s, seed=1, speed=speed
+    )
     check_all(recording, PEN, WRONG_ACCELEROMETER)
     rates = {**recording.readings, "gyro": recording.readings["gyro"] * DEG}
     check_units(dataclasses.replace(recording, readings=rates), PEN)
 
 
 def test_a_pen_at_rest_says_nothing_of_its_gyroscope() -> None:
-    recording = simulate_recording(PEN, ["accel", "gyro"], "still", 10.0, 1)
+    recording = simulate(PEN, ["accel", "gyro"], motion="still", duration_s=10.0, seed=1)
     check_all(recording, PEN, WRONG_ACCELEROMETER)
     for factor in (DEG, 1 / DEG):
         readings = {**recording.readings, "gyro": recording.readings["gyro"] * factor}
@@ -125,7 +129,7 @@ def test_largest_rates_without_an_accelerometer() -> None:
     )
     check_units(few, PEN)
     check_units(with_rates(rng.normal(0, 10, (1000, 3))), PEN)
-    check_units(with_rates(rng.normal(0, 1e4, (1000, 3))), PEN, {"gyro": "deg_s"})
+    check_units(with_rates(rng.normal(0, 1e4, (1000, 3))), PEN, read_as={"gyro": "deg_s"})
 
 
 def test_a_gyroscope_may_have_a_larger_range() -> None:
@@ -175,12 +179,12 @@ def test_mounting_and_order_of_axes_are_respected() -> None:
 
 def test_a_sensor_whose_unit_is_unknown_is_not_checked() -> None:
     t, rate, up = swinging(5)
-    check_units(Recording("mixed", t, {"accel": up, "gyro": rate / DEG}), PEN, {})
+    check_units(Recording("mixed", t, {"accel": up, "gyro": rate / DEG}), PEN, read_as={})
 
 
 def test_the_real_pen(dpoint_folder: Path) -> None:
-    pen = find_pen("dpoint")
-    table = recording_to_table(load_recording(dpoint_folder, pen).recording, pen)
+    pen = load_pen("dpoint")
+    table = recording_to_table(read_recording(dpoint_folder, pen), pen)
     recording = recording_from_table(table, pen, "dpoint")
     check_all(recording, pen, WRONG_ACCELEROMETER | WRONG_GYROSCOPE)
     for start_s in range(0, 36, 3):
@@ -210,5 +214,5 @@ def test_a_shaken_array(data_folder: Path, unit: int) -> None:
     shaken = t > 510
     part = Recording("shaken", t[shaken], {name: v[shaken] for name, v in readings.items()})
     check_units(part, pen)
-    check_units(part, pen, {"accel": "g", "gyro": "deg_s"})
+    check_units(part, pen, read_as={"accel": "g", "gyro": "deg_s"})
     assert "looks like deg_s" in refused_in(part, pen, "deg_s as rad_s")

@@ -14,10 +14,11 @@ from models.arrays import Array
 from models.errors import InputError
 from models.motions import motion_named, motions
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from pen_mhe.errors import root_mean_square, state_errors
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import motion_names, simulate_model, simulate_recording
+from recordings.motion_list import motion_names
+from recordings.simulate_pen import simulate, simulate_model
 
 SENSORS = ("accel", "gyro", "camera")
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -25,11 +26,11 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 @pytest.fixture(scope="module")
 def recording() -> Recording:
-    return simulate_recording(find_pen("reference"), SENSORS, "turn", 2.0, seed=5)
+    return simulate(load_pen("reference"), SENSORS, motion="turn", duration_s=2.0, seed=5)
 
 
 def test_noise_has_the_stated_size(recording: Recording) -> None:
-    model = pen_model(find_pen("reference"), SENSORS)
+    model = pen_model(load_pen("reference"), SENSORS)
     assert recording.truth is not None
     for sensor in model.sensors:
         times, values = recording.sensor(sensor.name)
@@ -60,7 +61,7 @@ def of_truth(recording: Recording, names: Sequence[str], time_s: Array) -> Array
 
 @pytest.mark.parametrize("motion", [*motions(), "model"])
 def test_every_motion_is_recorded(motion: str) -> None:
-    played = simulate_recording(find_pen("reference"), SENSORS, motion, 0.2, seed=1)
+    played = simulate(load_pen("reference"), SENSORS, motion=motion, duration_s=0.2, seed=1)
     assert played.name == f"{motion} (simulated)"
     times = np.arange(21) / 100
     np.testing.assert_allclose(played.sensor("accel")[0], times, rtol=0, atol=1e-9)
@@ -70,9 +71,9 @@ def test_every_motion_is_recorded(motion: str) -> None:
 @pytest.mark.parametrize("stamps", ["capture", "arrival"])
 def test_stamps(stamps: Literal["capture", "arrival"]) -> None:
     """The same readings; those of the camera 45 ms later, with the truth there too."""
-    pen = find_pen("reference")
-    captured = simulate_recording(pen, SENSORS, "turn", 1.0, 5)
-    recording = simulate_recording(pen, SENSORS, "turn", 1.0, 5, stamps=stamps)
+    pen = load_pen("reference")
+    captured = simulate(pen, SENSORS, motion="turn", duration_s=1.0, seed=5)
+    recording = simulate(pen, SENSORS, motion="turn", duration_s=1.0, seed=5, stamps=stamps)
     delay = {"capture": 0.0, "arrival": 0.045}[stamps]
     assert pen.sensors["camera"].delay_s == 0.045
     for name, later in (("accel", 0.0), ("gyro", 0.0), ("camera", delay)):
@@ -91,10 +92,10 @@ def test_stamps(stamps: Literal["capture", "arrival"]) -> None:
 @pytest.mark.parametrize("alone", ["accel", "gyro", "camera"])
 def test_a_further_sensor_changes_nothing_else(motion: str, alone: str) -> None:
     """Neither a sensor's readings nor the truth, its biases included; not even a digit."""
-    pen = find_pen("reference")
-    few = simulate_recording(pen, [alone], motion, 1.0, 3)
+    pen = load_pen("reference")
+    few = simulate(pen, [alone], motion=motion, duration_s=1.0, seed=3)
     for others in (SENSORS, (*SENSORS[::-1], "accel_lower")):
-        many = simulate_recording(pen, others, motion, 1.0, 3)
+        many = simulate(pen, others, motion=motion, duration_s=1.0, seed=3)
         times, values = few.sensor(alone)
         np.testing.assert_array_equal(many.sensor(alone)[0], times)
         np.testing.assert_array_equal(many.sensor(alone)[1], values)
@@ -103,8 +104,8 @@ def test_a_further_sensor_changes_nothing_else(motion: str, alone: str) -> None:
 
 
 def test_sensors_of_a_kind_have_noise_of_their_own() -> None:
-    pen = find_pen("reference")
-    both = simulate_recording(pen, ["accel_lower", "accel_upper"], "still", 2.0, 3)
+    pen = load_pen("reference")
+    both = simulate(pen, ["accel_lower", "accel_upper"], motion="still", duration_s=2.0, seed=3)
     lower, upper = (both.sensor(name)[1] for name in ("accel_lower", "accel_upper"))
     correlation = np.mean((lower - lower.mean(0)) * (upper - upper.mean(0)), axis=0)
     scale = lower.std(axis=0) * upper.std(axis=0)
@@ -113,9 +114,9 @@ def test_sensors_of_a_kind_have_noise_of_their_own() -> None:
 
 def test_a_drawn_recording_is_the_models() -> None:
     """The truth of the motion `model` makes one step after the other with unit noises."""
-    model = pen_model(find_pen("reference"), SENSORS)
-    named = simulate_recording(find_pen("reference"), SENSORS, "model", 2.0, 3)
-    drawn = simulate_model(model, 2.0, 3)
+    model = pen_model(load_pen("reference"), SENSORS)
+    named = simulate(load_pen("reference"), SENSORS, motion="model", duration_s=2.0, seed=3)
+    drawn = simulate_model(model, duration_s=2.0, seed=3)
     assert drawn.truth is not None
     np.testing.assert_array_equal(
         of_truth(named, model.state_names, named.time_s), drawn.truth.values
@@ -131,11 +132,11 @@ def test_a_drawn_recording_is_the_models() -> None:
 
 
 def test_speed_and_a_motion_of_ones_own() -> None:
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     names = ["tip_x_m", "tip_x_velocity_m_s", "tip_x_acceleration_m_s2"]
     times = np.arange(0, 51) / 100
-    slow = simulate_recording(pen, ["accel"], motion_named("turn"), 1.0, 3)
-    fast = simulate_recording(pen, ["accel"], "turn", 0.5, 3, speed=2.0)
+    slow = simulate(pen, ["accel"], motion=motion_named("turn"), duration_s=1.0, seed=3)
+    fast = simulate(pen, ["accel"], motion="turn", duration_s=0.5, seed=3, speed=2.0)
     assert slow.name == "minimum_jerk (simulated)"
     expected = of_truth(slow, names, 2 * times) * [1, 2, 4]
     np.testing.assert_allclose(of_truth(fast, names, times), expected, rtol=0, atol=1e-14)
@@ -146,14 +147,14 @@ def test_motion_names_are_the_tables_and_the_model() -> None:
 
 
 def test_the_same_seed_gives_the_same_recording(recording: Recording) -> None:
-    again = simulate_recording(find_pen("reference"), SENSORS, "turn", 2.0, seed=5)
-    other = simulate_recording(find_pen("reference"), SENSORS, "turn", 2.0, seed=6)
+    again = simulate(load_pen("reference"), SENSORS, motion="turn", duration_s=2.0, seed=5)
+    other = simulate(load_pen("reference"), SENSORS, motion="turn", duration_s=2.0, seed=6)
     np.testing.assert_array_equal(recording.readings["gyro"], again.readings["gyro"])
     assert not np.allclose(recording.sensor("gyro")[1], other.sensor("gyro")[1])
 
 
 def test_errors_are_estimate_minus_truth(recording: Recording) -> None:
-    model = pen_model(find_pen("reference"), SENSORS)
+    model = pen_model(load_pen("reference"), SENSORS)
     history = run(create_estimator("ekf", model), recording)
     assert recording.truth is not None
     errors = state_errors(model, history, recording.truth)
@@ -165,20 +166,20 @@ def test_errors_are_estimate_minus_truth(recording: Recording) -> None:
 
 
 def test_bad_input_is_refused() -> None:
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     with pytest.raises(InputError, match=r"motion loop is unknown, expected one of turn.*, model"):
-        simulate_recording(pen, SENSORS, "loop")
+        simulate(pen, SENSORS, motion="loop")
     with pytest.raises(InputError, match="speed is 2 for the motion model, expected 1"):
-        simulate_recording(pen, SENSORS, "model", speed=2)
+        simulate(pen, SENSORS, motion="model", speed=2)
     with pytest.raises(InputError, match="speed is 0, expected a positive factor"):
-        simulate_recording(pen, SENSORS, "turn", speed=0)
+        simulate(pen, SENSORS, motion="turn", speed=0)
     with pytest.raises(InputError, match="stamps is sent, expected one of capture, arrival"):
-        simulate_recording(pen, SENSORS, stamps="sent")  # type: ignore[arg-type]
+        simulate(pen, SENSORS, stamps="sent")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="duration is -1 s, expected a positive time"):
-        simulate_recording(pen, SENSORS, "turn", -1)
+        simulate(pen, SENSORS, motion="turn", duration_s=-1)
     with pytest.raises(InputError, match="sensor contact has no rate_hz"):
-        simulate_recording(find_pen("dpoint"), ["contact"], "turn")
+        simulate(load_pen("dpoint"), ["contact"], motion="turn")
     with pytest.raises(InputError, match="no sensor with readings"):
-        simulate_recording(pen, ["area"], "turn")
+        simulate(pen, ["area"], motion="turn")
     with pytest.raises(InputError, match=r"pen file nowhere does not exist.*dpoint, reference"):
-        find_pen("nowhere")
+        load_pen("nowhere")

@@ -66,7 +66,7 @@ def tip_and_attitude(time_s: Array, speed: float, dof: int) -> tuple[Array, Rota
 
     Turn by ψ about z, lean from upright by π/2 - θ about y, turn by φ about z.
     """
-    q = sample_motion(MOTION, time_s, SEED, speed).q
+    q = sample_motion(MOTION, time_s, seed=SEED, speed=speed).q
     spin = q[:, 5] if dof == 6 else np.full(len(q), FIXED_SPIN_RAD)
     angles = np.column_stack([q[:, 3], np.pi / 2 - q[:, 4], spin])
     return q[:, :3], Rotation.from_euler("ZYZ", angles)
@@ -76,7 +76,7 @@ def readings(dof: int, speed: float, duration_s: float) -> tuple[Array, dict[str
     """Return instants, readings without noise and true states."""
     model = pen_model(precise_pen(dof))
     time_s = sample_times(model, duration_s)["accel"]
-    states = true_states(model, sample_motion(MOTION, time_s, SEED, speed), SEED)
+    states = true_states(model, sample_motion(MOTION, time_s, seed=SEED, speed=speed), SEED)
     values = {
         name: noisy_readings(
             model.sensor(name), states, np.zeros((len(states), model.sensor(name).n_r))

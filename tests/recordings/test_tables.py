@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from models.errors import InputError
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.units import STANDARD_GRAVITY_M_S2
 from recordings.formats.columns import column_units
 from recordings.formats.tables import (
@@ -18,10 +18,10 @@ from recordings.formats.tables import (
     recording_to_table,
     write_table,
 )
-from recordings.read import load_recording
-from recordings.simulate_pen import simulate_recording
+from recordings.read import read_recording
+from recordings.simulate_pen import simulate
 
-PEN = find_pen("reference")
+PEN = load_pen("reference")
 
 
 def table(**columns: object) -> pd.DataFrame:
@@ -33,10 +33,10 @@ def table(**columns: object) -> pd.DataFrame:
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_round_trip_keeps_readings_and_truth(tmp_path: Path, suffix: str) -> None:
-    recording = simulate_recording(PEN, ["accel", "camera"], "turn", 0.2, seed=1)
+    recording = simulate(PEN, ["accel", "camera"], motion="turn", duration_s=0.2, seed=1)
     path = tmp_path / f"pen{suffix}"
     write_table(recording_to_table(recording, PEN), path)
-    again = load_recording(path, PEN).recording
+    again = read_recording(path, PEN)
     np.testing.assert_array_equal(again.time_s, recording.time_s)
     for sensor in ("accel", "camera"):
         np.testing.assert_allclose(
@@ -50,7 +50,7 @@ def test_round_trip_keeps_readings_and_truth(tmp_path: Path, suffix: str) -> Non
 
 def test_truth_of_a_recording_stamped_on_arrival() -> None:
     """The truth is then given at more instants than there are readings."""
-    recording = simulate_recording(PEN, ["accel", "camera"], "turn", 0.2, stamps="arrival")
+    recording = simulate(PEN, ["accel", "camera"], motion="turn", duration_s=0.2, stamps="arrival")
     assert recording.truth is not None
     again = recording_from_table(recording_to_table(recording, PEN), PEN, "r").truth
     assert again is not None
@@ -74,21 +74,21 @@ def test_units_by_option() -> None:
     columns = {f"accel_{axis}_m_s2": None for axis in "xyz"}
     columns |= {f"accel_{axis}": [2.0, 2.0, 2.0] for axis in "xyz"}
     plain = recording_from_table(table(**columns), PEN, "r")
-    in_g = recording_from_table(table(**columns), PEN, "r", {"accel": "g"})
+    in_g = recording_from_table(table(**columns), PEN, "r", units={"accel": "g"})
     np.testing.assert_allclose(plain.readings["accel"], 2.0)
     np.testing.assert_allclose(in_g.readings["accel"], 2.0 * STANDARD_GRAVITY_M_S2)
     with pytest.raises(InputError, match="unit furlong of accel is unknown, expected m_s2 or g"):
-        recording_from_table(table(**columns), PEN, "r", {"accel": "furlong"})
+        recording_from_table(table(**columns), PEN, "r", units={"accel": "furlong"})
 
 
 def test_a_unit_applies_to_what_it_measures() -> None:
     """A camera has positions and angles: one unit cannot mean both."""
     camera = {f"camera_{axis}": [100.0] * 3 for axis in ("x", "y", "z")}
     camera |= {f"camera_r{axis}": [0.1] * 3 for axis in ("x", "y", "z")}
-    recording = recording_from_table(table(**camera), PEN, "r", {"camera": "mm"})
+    recording = recording_from_table(table(**camera), PEN, "r", units={"camera": "mm"})
     np.testing.assert_allclose(recording.readings["camera"], [[0.1] * 6] * 3)
     with pytest.raises(InputError, match="expected m or cm or mm or rad or deg"):
-        recording_from_table(table(**camera), PEN, "r", {"camera": "g"})
+        recording_from_table(table(**camera), PEN, "r", units={"camera": "g"})
 
 
 def test_truth_in_any_unit() -> None:
@@ -124,7 +124,7 @@ def test_a_partial_reading_is_kept() -> None:
 def test_only_an_empty_cell_is_missing_in_a_file(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"pen{suffix}"
     write_table(table(accel_y_m_s2=[9.8, None, 9.8]), path)
-    values = load_recording(path, PEN).recording.readings["accel"]
+    values = read_recording(path, PEN).readings["accel"]
     np.testing.assert_array_equal(np.isnan(values), [[0, 0, 0], [0, 1, 0], [0, 0, 0]])
 
 
@@ -133,7 +133,7 @@ def test_units_that_the_columns_were_read_in() -> None:
     headers = table(**columns).columns
     assert column_units(headers, PEN) == {"accel": "m_s2", "gyro": "deg_s"}
     plain = ["time_s", *(f"accel_{axis}" for axis in "xyz")]
-    assert column_units(plain, PEN, {"accel": "g"}) == {"accel": "g"}
+    assert column_units(plain, PEN, units={"accel": "g"}) == {"accel": "g"}
     assert column_units(["time_s", "accel_x_g", "accel_y_mg", "accel_z_g"], PEN) == {}
 
 
@@ -163,7 +163,7 @@ def test_empty_and_foreign_files(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="recording r is empty below its header, expected"):
         recording_from_table(table().iloc[:0], PEN, "r")
     with pytest.raises(InputError, match=r"nothing\.csv does not exist"):
-        load_recording(tmp_path / "nothing.csv", PEN)
+        read_recording(tmp_path / "nothing.csv", PEN)
     with pytest.raises(InputError, match=r"suffix \.xls is unknown, expected \.csv, \.parquet"):
         read_table(tmp_path / "a.xls")
     (tmp_path / "a.parquet").write_text("no")
@@ -173,4 +173,4 @@ def test_empty_and_foreign_files(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a\.csv is empty \(zero bytes\), expected a header"):
         read_table(tmp_path / "a.csv")
     with pytest.raises(InputError, match="folder without D-POINT's files"):
-        load_recording(tmp_path, PEN)
+        read_recording(tmp_path, PEN)

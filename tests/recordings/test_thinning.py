@@ -8,9 +8,9 @@ import pytest
 from estimation.estimator import run
 from models.errors import InputError
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import simulate_recording
+from recordings.simulate_pen import simulate
 from recordings.thinning import check_recorded_rate, frames_per_kept, left_out_error
 
 
@@ -27,8 +27,8 @@ def test_rates_that_do_not_divide(rate: float) -> None:
 
 @pytest.mark.usefixtures("interpreted")
 def test_a_camera_at_another_rate_than_its_pen_file_is_refused() -> None:
-    pen = find_pen("reference")
-    recorded = simulate_recording(pen, ["camera"], "turn", 1.0).subsampled("camera", 2, 0)
+    pen = load_pen("reference")
+    recorded = simulate(pen, ["camera"], motion="turn", duration_s=1.0).subsampled("camera", 2, 0)
     camera = pen_model(pen, ["camera"]).sensor("camera")
     with pytest.raises(InputError, match="camera ran at 15 Hz, expected the pen file's 30 Hz"):
         check_recorded_rate(camera, recorded)
@@ -36,8 +36,8 @@ def test_a_camera_at_another_rate_than_its_pen_file_is_refused() -> None:
 
 @pytest.mark.usefixtures("interpreted")
 def test_left_out_frames_are_judged_by_a_prediction_from_before() -> None:
-    pen = find_pen("reference")
-    recorded = simulate_recording(pen, ["accel", "gyro", "camera"], "turn", 1.0, seed=3)
+    pen = load_pen("reference")
+    recorded = simulate(pen, ["accel", "gyro", "camera"], motion="turn", duration_s=1.0, seed=3)
     used = recorded.subsampled("camera", 3, 1)
     model = pen_model(pen, ["accel", "gyro", "camera"])
     history = run(create_estimator("ekf", model), used)

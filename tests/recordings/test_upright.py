@@ -15,16 +15,15 @@ from estimation.estimate import EstimateHistory
 from estimation.estimator import run
 from estimation.recording import Recording
 from estimation.status import Status
-from mhe.config import MheConfig
 from models.arrays import Array
 from models.minimum_jerk import MinimumJerk
 from models.motions import MotionConfig, sample_motion
 from models.pen import PenConfig, Prior, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors
-from pen_mhe.estimators import EstimatorSettings, create_estimator
-from recordings.simulate_pen import simulate_recording
+from pen_mhe.estimators import create_estimator, settings_read
+from recordings.simulate_pen import simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -39,14 +38,14 @@ CAMERA_STD_DEG = 0.3
 ONCE_S, THERE_AND_BACK_S = 0.9, 2.4
 """The pen passes 90° at 0.7 s, at 112 °/s, and again at 1.7 s."""
 
-SETTINGS = EstimatorSettings(mhe=MheConfig(horizon=5))
+SETTINGS = {"horizon": 5}
 ENDS_S = {"ekf": THERE_AND_BACK_S, "mhe": ONCE_S}
 """Estimator → how long it follows the motion."""
 
 
 def pen_at(start_deg: Array, degrees_of_freedom: int) -> PenConfig:
     """Return the reference pen, picked up where we know it: 2°, hardly moving."""
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     azimuth, elevation, spin = np.radians(start_deg)
     std = np.radians(START_STD_DEG)
     prior = Prior(
@@ -99,8 +98,16 @@ def passage(
     name: str, pen: PenConfig, sensors: tuple[str, ...], motion: str | MotionConfig, end_s: float
 ) -> Passage:
     model = pen_model(pen, sensors)
-    recording = simulate_recording(pen, sensors, motion, end_s, seed=0)
-    return Passage(model, run(create_estimator(name, model, SETTINGS), recording), recording)
+    recording = simulate(pen, sensors, motion=motion, duration_s=end_s, seed=0)
+    return Passage(
+        model,
+        run(
+            create_estimator(name, model, **settings_read(name, SETTINGS)),
+            recording,
+            covariances=True,
+        ),
+        recording,
+    )
 
 
 @cache
@@ -173,7 +180,7 @@ def test_a_start_that_is_hardly_known_stays_finite(name: str) -> None:
 
     Without a camera its elevation may be off by more than 10°, whoever estimates it.
     """
-    passage(name, find_pen("reference"), INERTIAL, "upright", ONCE_S).check()
+    passage(name, load_pen("reference"), INERTIAL, "upright", ONCE_S).check()
 
 
 def of_sum_and_difference(history: EstimateHistory) -> Array:

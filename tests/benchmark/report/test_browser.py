@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from benchmark.report.report import write_report
+from benchmark.report.content import content
+from benchmark.report.report import write_content
 from tests.benchmark.report import synthetic
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
@@ -34,6 +36,10 @@ FLAGS = (
 )
 
 
+DOUBLE_CLICKS = 10
+"""Tries: on a busy machine the second click may come too late, and then they are two."""
+
+
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     webdriver = pytest.importorskip("selenium.webdriver")
@@ -51,7 +57,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     folder: Path = tmp_path_factory.mktemp("page")
     suites = synthetic.suites(folder)
-    return write_report(synthetic.results(), suites, synthetic.RUN, folder).as_uri()
+    return write_content(content(synthetic.results(), suites, synthetic.RUN), folder).as_uri()
 
 
 @pytest.fixture
@@ -69,20 +75,20 @@ def emulate(browser: Any, scheme: str) -> None:
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": [feature]})
 
 
-def wait(browser: Any, script: str, *arguments: object) -> Any:
+def wait(browser: Any, script: str, *arguments: object, within_s: float = 20.0) -> Any:
     from selenium.webdriver.support.ui import WebDriverWait
 
-    return WebDriverWait(browser, 10, 0.05).until(
+    return WebDriverWait(browser, within_s, 0.05).until(
         lambda found: found.execute_script(f"return {script}", *arguments)
     )
 
 
-def drawn_plots(browser: Any) -> list[Any]:
-    """Scroll to every figure and wait until it is drawn."""
+def drawn_plots(browser: Any, paper: str = "light") -> list[Any]:
+    """Scroll to every figure and wait until it says that it is drawn for such paper."""
     plots: list[Any] = browser.find_elements("css selector", ".plot")
     for plot in plots:
         browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", plot)
-        wait(browser, "arguments[0].querySelector('.main-svg') !== null", plot)
+        wait(browser, "arguments[0].dataset.drawn === arguments[1]", plot, paper)
     return plots
 
 
@@ -108,13 +114,14 @@ def test_figures_wait_until_they_are_near_and_are_all_drawn(page: Any) -> None:
     plots = drawn_plots(page)
     assert len(plots) == 4
     for plot in plots:
-        assert plot.get_attribute("data-drawn") == "yes"
+        assert plot.get_attribute("data-drawn") == "light"
         assert page.execute_script(
             "return arguments[0].querySelectorAll('.js-line, .point').length", plot
         )
 
 
 def test_drag_zooms_and_double_click_resets(page: Any) -> None:
+    from selenium.common.exceptions import TimeoutException
     from selenium.webdriver.common.action_chains import ActionChains
 
     plot = drawn_plots(page)[0]
@@ -131,8 +138,13 @@ def test_drag_zooms_and_double_click_resets(page: Any) -> None:
     assert before[0] < low < high < before[1]
     second = page.execute_script("return arguments[0]._fullLayout.xaxis2.range", plot)
     assert second == [low, high]
-    ActionChains(page, duration=50).move_to_element(layer).double_click().perform()
-    assert wait(page, f"String({ranges}) === String(arguments[1])", plot, before)
+    reset = f"String({ranges}) === String(arguments[1])"
+    for _ in range(DOUBLE_CLICKS):
+        ActionChains(page, duration=50).move_to_element(layer).double_click().perform()
+        with contextlib.suppress(TimeoutException):
+            wait(page, reset, plot, before, within_s=2.0)
+            break
+    assert page.execute_script(f"return {reset}", plot, before)
 
 
 def test_legend_hides_a_line(page: Any) -> None:
@@ -167,7 +179,7 @@ def test_phone_scrolls_only_downwards(page: Any, scheme: str) -> None:
     page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:
         page.refresh()
-        drawn_plots(page)
+        drawn_plots(page, scheme)
         assert page.execute_script("return innerWidth") == 360
         assert page.execute_script("return document.documentElement.scrollWidth") <= 360
         contents = page.find_element("css selector", "nav.bar details")
@@ -185,7 +197,8 @@ def test_dark_paper_changes_the_colours_of_plots(page: Any) -> None:
     paper = "getComputedStyle(document.body).backgroundColor"
     light_paper = page.execute_script(f"return {paper}")
     emulate(page, "dark")
-    assert wait(page, f"{paper} !== arguments[0]", light_paper)
+    plot = drawn_plots(page, "dark")[0]
+    assert page.execute_script(f"return {paper}") != light_paper
     dark = line_colours(page, plot)
     assert len(dark) == len(light) > 0
     assert not set(light) & set(dark)
@@ -193,11 +206,12 @@ def test_dark_paper_changes_the_colours_of_plots(page: Any) -> None:
 
 def test_print_holds_everything_in_light_colours(page: Any) -> None:
     emulate(page, "dark")
+    drawn_plots(page, "dark")
     page.execute_script(
         "window.seen = {};"
         "addEventListener('beforeprint', () => {"
         "  const plots = [...document.querySelectorAll('.plot')];"
-        "  seen.drawn = plots.filter(p => p.dataset.drawn).length;"
+        "  seen.drawn = plots.filter(p => p.dataset.drawn === 'light').length;"
         "  seen.colour = plots[0].querySelector('.js-line').style.stroke;"
         "  seen.closed = document.querySelectorAll('main details:not([open])').length; });"
     )
@@ -207,8 +221,8 @@ def test_print_holds_everything_in_light_colours(page: Any) -> None:
     seen = page.execute_script("return window.seen")
     assert seen["drawn"] == 4
     assert seen["closed"] == 0
+    assert seen["colour"] not in line_colours(page, drawn_plots(page, "dark")[0])
     assert page.find_elements("css selector", "main details:not([open])")
-    assert seen["colour"] not in line_colours(page, drawn_plots(page)[0])
 
 
 def test_without_an_observer_all_is_drawn_at_once(browser: Any, address: str) -> None:

@@ -12,11 +12,12 @@ import pandas as pd
 import pytest
 
 from benchmark.report.advice import advice
+from benchmark.report.content import content
 from benchmark.report.made_with import duration_s, made_with
 from benchmark.report.matrix import FAILED, NO_FIGURE, NOT_OBSERVABLE, NOT_RUN, matrices
 from benchmark.report.numbers import interval, number, seconds
 from benchmark.report.page import script_json
-from benchmark.report.report import write_report
+from benchmark.report.report import write_content
 from benchmark.report.terminal import table
 from benchmark.tasks.results import Results
 from tests.benchmark.report import synthetic
@@ -51,7 +52,7 @@ class Elements(HTMLParser):
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("report")
     suites = synthetic.suites(folder)
-    path = write_report(synthetic.results(), suites, synthetic.RUN, folder)
+    path = write_content(content(synthetic.results(), suites, synthetic.RUN), folder)
     assert path == folder / "report.html"
     return folder
 
@@ -185,7 +186,7 @@ def test_single_suite_and_empty_run_are_reported(tmp_path: Path) -> None:
     full = synthetic.results(1)
     suites = synthetic.suites(tmp_path)
     for found in (full.of("nasty"), Results(full.rows[:0], full.series[:0])):
-        write_report(found, suites, {}, tmp_path)
+        write_content(content(found, suites, {}), tmp_path)
         text = (tmp_path / "report.md").read_text("utf-8")
         assert "This run has no results of suite pen" in text
         assert "No data given: see --data." in text

@@ -13,7 +13,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmark.runner.identity import ROOT
+from pen_mhe.rooms import ROOT
 
 STARTS_WITHIN_S = 60
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 from collections.abc import Iterator
 from functools import partial
@@ -21,7 +22,22 @@ from benchmark.tasks.task import FAILED, OK, Outcome, Task
 from models.errors import InputError
 from suites.execute import execute
 from tests.benchmark.runner.dask_cluster import Cluster, cluster
-from tests.benchmark.runner.workload import DEADLY, deadly, no_identity, pids, process_id, tasks
+from tests.benchmark.runner.test_killed_run import (
+    TASKS,
+    WITHIN_S,
+    finished,
+    start,
+    wait_for_some,
+)
+from tests.benchmark.runner.workload import (
+    DEADLY,
+    deadly,
+    no_identity,
+    pids,
+    process_id,
+    tasks,
+    times_run,
+)
 
 pytest.importorskip("distributed", reason="the extra [cluster] is not installed")
 identify = partial(process_id, scope=Scope())
@@ -102,6 +118,26 @@ def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
     assert {outcome.status for _, outcome in found} == {OK}
     # The last ones can only have run on the worker that is left.
     assert pids([outcome for _, outcome in found[-10:]]) == {started.workers[1].pid}
+
+
+def test_an_interrupted_run_ends_and_goes_on(tmp_path: Path, running: Cluster) -> None:
+    output, notes = tmp_path / "interrupted", tmp_path / "notes"
+    first = start(output, notes, 2, running.address)
+    try:
+        wait_for_some(first, output)
+        first.send_signal(signal.SIGINT)
+        errors = first.communicate(timeout=20.0)[1]
+    finally:
+        first.kill()
+    assert errors.endswith("KeyboardInterrupt\n")
+    kept = finished(output)
+    assert 6 <= len(kept) < TASKS
+    again = start(output, notes, 2, running.address)
+    printed, errors = again.communicate(timeout=WITHIN_S)
+    assert again.returncode == 0, errors
+    assert printed == f"to run: {TASKS - len(kept)}\nfinished\n"
+    assert finished(output) == list(range(TASKS))
+    assert {seed: times_run(notes)[seed] for seed in kept} == dict.fromkeys(kept, 1)
 
 
 @pytest.mark.slow

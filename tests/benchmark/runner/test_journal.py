@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from benchmark.runner.journal import NAME, Journal
+from benchmark.runner.outcome_lines import NAME, outcome_journal
 from benchmark.tasks.task import OK, Outcome, Quantity, Series, Task, failed
 from models.errors import InputError
 from tests.benchmark.runner.workload import tasks
@@ -61,11 +61,11 @@ def test_outcomes_survive_exactly(
     task: Task, identity: str, outcome: Outcome, other: Outcome
 ) -> None:
     with TemporaryDirectory() as folder:
-        with Journal(Path(folder)) as journal:
+        with outcome_journal(Path(folder)) as journal:
             journal.append(task, identity, outcome)
             journal.append(task, identity + "!", other)
             assert bits(journal.read(task, identity)) == bits(outcome)
-        with Journal(Path(folder)) as journal:
+        with outcome_journal(Path(folder)) as journal:
             for made_with, expected in ((identity, outcome), (identity + "!", other)):
                 if expected.status != "failed":
                     assert journal.has(task, made_with)
@@ -73,7 +73,7 @@ def test_outcomes_survive_exactly(
 
 
 def test_other_code_has_not_run_the_task(tmp_path: Path) -> None:
-    with Journal(tmp_path) as journal:
+    with outcome_journal(tmp_path) as journal:
         journal.append(TASK, "code", found(1.0))
         assert journal.path.read_bytes().endswith(b"}\n")  # at once: a kill would not lose it
         assert journal.has(TASK, "code")
@@ -84,40 +84,40 @@ def test_other_code_has_not_run_the_task(tmp_path: Path) -> None:
 
 
 def test_a_failed_task_is_read_now_and_tried_again_by_the_next_run(tmp_path: Path) -> None:
-    with Journal(tmp_path) as journal:
+    with outcome_journal(tmp_path) as journal:
         journal.append(TASK, "code", failed("it broke"))
         assert journal.read(TASK, "code").reason == "it broke"
-    with Journal(tmp_path) as journal:
+    with outcome_journal(tmp_path) as journal:
         assert not journal.has(TASK, "code")
         journal.append(TASK, "code", found(2.0))
-    with Journal(tmp_path) as journal:
+    with outcome_journal(tmp_path) as journal:
         assert journal.read(TASK, "code").quantities == found(2.0).quantities
 
 
 def test_what_was_found_last_counts(tmp_path: Path) -> None:
-    with Journal(tmp_path) as journal:
+    with outcome_journal(tmp_path) as journal:
         for figure in (1.0, 2.0):
             journal.append(TASK, "code", found(figure))
             assert journal.read(TASK, "code").quantities == found(figure).quantities
-    with Journal(tmp_path) as journal:
+    with outcome_journal(tmp_path) as journal:
         assert journal.read(TASK, "code").quantities == found(2.0).quantities
 
 
 def test_wherever_a_kill_cuts_the_last_line_the_others_stay(tmp_path: Path) -> None:
-    with Journal(tmp_path) as journal:
+    with outcome_journal(tmp_path) as journal:
         journal.append(TASK, "code", found(1.0))
         first = journal.path.stat().st_size
         journal.append(OTHER, "code", dataclasses.replace(found(2.0), reason="≤ 横折竖 😀"))
     whole = (tmp_path / NAME).read_bytes()
     for end in range(first, len(whole)):
         (tmp_path / NAME).write_bytes(whole[:end])
-        with Journal(tmp_path) as journal:
+        with outcome_journal(tmp_path) as journal:
             assert journal.has(TASK, "code")
             assert not journal.has(OTHER, "code")
             assert journal.path.stat().st_size == first
-    with Journal(tmp_path) as journal:
+    with outcome_journal(tmp_path) as journal:
         journal.append(OTHER, "code", found(3.0))
-    with Journal(tmp_path) as journal:
+    with outcome_journal(tmp_path) as journal:
         assert journal.read(TASK, "code").quantities == found(1.0).quantities
         assert journal.read(OTHER, "code").quantities == found(3.0).quantities
 
@@ -127,13 +127,13 @@ def test_wherever_a_kill_cuts_the_last_line_the_others_stay(tmp_path: Path) -> N
     [b"\n", b"{}\n", b"[1]\n", b"\xff\xfe\n", b'{"identity": "a", "status": "ok", "task": {}}\n'],
 )
 def test_garbage_is_refused_with_its_place(tmp_path: Path, garbage: bytes) -> None:
-    with Journal(tmp_path) as journal:
+    with outcome_journal(tmp_path) as journal:
         journal.append(TASK, "code", found(1.0))
     before = (tmp_path / NAME).read_bytes()
     with_garbage = before + garbage + before
     (tmp_path / NAME).write_bytes(with_garbage)
     for _ in range(2):  # the first refusal holds no lock
-        with pytest.raises(InputError) as refused, Journal(tmp_path):
+        with pytest.raises(InputError) as refused, outcome_journal(tmp_path):
             pytest.fail("it was opened")
         assert str(refused.value) == (
             f"journal {tmp_path / NAME}: the line at byte {len(before)} is none of a journal, "
@@ -143,11 +143,11 @@ def test_garbage_is_refused_with_its_place(tmp_path: Path, garbage: bytes) -> No
 
 
 def test_a_second_writer_is_refused(tmp_path: Path) -> None:
-    with Journal(tmp_path / "new") as journal:
+    with outcome_journal(tmp_path / "new") as journal:
         journal.append(TASK, "code", found(1.0))
         with pytest.raises(InputError, match=r"new is being written by another run, expected one"):
-            Journal(tmp_path / "new").__enter__()
+            outcome_journal(tmp_path / "new").__enter__()
         assert journal.has(TASK, "code")
-    with Journal(tmp_path / "new") as journal:
+    with outcome_journal(tmp_path / "new") as journal:
         assert journal.has(TASK, "code")
         assert journal.read(TASK, "code").status == OK

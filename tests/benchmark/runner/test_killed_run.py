@@ -12,31 +12,42 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from benchmark.runner.identity import ROOT
-from benchmark.runner.journal import NAME, Journal
+from benchmark.runner.outcome_lines import NAME, outcome_journal
 from benchmark.runner.tables import RESULTS, read_tables
 from benchmark.tasks.results import TIMING_COLUMNS
+from pen_mhe.rooms import ROOT
 from tests.benchmark.runner.workload import processes_of, tasks, times_run
 
 TASKS = 30
 WITHIN_S = 30.0
 
 
-def start(folder: Path, notes: Path, jobs: int) -> subprocess.Popen[str]:
+def start(folder: Path, notes: Path, jobs: int, *scheduler: str) -> subprocess.Popen[str]:
     notes.mkdir(exist_ok=True)
-    arguments = [str(folder), str(notes), str(jobs), str(TASKS)]
+    arguments = [str(folder), str(notes), str(jobs), str(TASKS), *scheduler]
     return subprocess.Popen(
         [sys.executable, "-m", "tests.benchmark.runner.driver", *arguments],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        start_new_session=True,  # a group of its own, all of which a terminal interrupts
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # also behind "&"
     )
+
+
+def wait_for_some(run: subprocess.Popen[str], output: Path) -> None:
+    """Wait until some tasks are finished."""
+    until = time.monotonic() + WITHIN_S
+    while not (output / NAME).exists() or (output / NAME).read_bytes().count(b"\n") < 6:
+        assert time.monotonic() < until
+        assert run.poll() is None
+        time.sleep(0.01)
 
 
 def finished(folder: Path) -> list[int]:
     """Seeds of the tasks that a journal has."""
-    with Journal(folder) as journal:
+    with outcome_journal(folder) as journal:
         return [task.seed for task in tasks(TASKS) if journal.has(task, "the same for all")]
 
 
@@ -53,12 +64,8 @@ def alive(process: int) -> bool:
 def test_a_killed_run_goes_on_where_it_was(tmp_path: Path, jobs: int) -> None:
     output, notes = tmp_path / "killed", tmp_path / "notes"
     first = start(output, notes, jobs)
-    until = time.monotonic() + WITHIN_S
     try:
-        while not (output / NAME).exists() or (output / NAME).read_bytes().count(b"\n") < 6:
-            assert time.monotonic() < until
-            assert first.poll() is None
-            time.sleep(0.01)
+        wait_for_some(first, output)
     finally:
         first.send_signal(signal.SIGKILL)
         first.communicate()
@@ -94,6 +101,33 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path: Path, jobs: int) -> None:
     )
     assert len(continued.series) == 5
     pd.testing.assert_frame_equal(continued.series, uninterrupted.series, check_exact=True)
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_an_interrupted_run_ends_at_once_and_goes_on(tmp_path: Path, jobs: int) -> None:
+    output, notes = tmp_path / "interrupted", tmp_path / "notes"
+    first = start(output, notes, jobs)
+    try:
+        wait_for_some(first, output)
+        os.killpg(first.pid, signal.SIGINT)
+        errors = first.communicate(timeout=10.0)[1]
+    finally:
+        first.kill()
+    # Of the run, not of its workers: nobody here turns it into a sentence.
+    assert errors.count("Traceback") <= 1 + errors.count("During handling")
+    assert errors.endswith("KeyboardInterrupt\n")
+    assert not any(map(alive, processes_of(notes) - {first.pid}))
+    kept = finished(output)
+    assert 6 <= len(kept) < TASKS
+    # A task that has left its note is finished, but for one a process.
+    assert len(times_run(notes)) <= len(kept) + jobs
+
+    again = start(output, notes, jobs)
+    printed, errors = again.communicate(timeout=WITHIN_S)
+    assert (again.returncode, errors) == (0, "")
+    assert printed == f"to run: {TASKS - len(kept)}\nfinished\n"
+    assert {seed: times_run(notes)[seed] for seed in kept} == dict.fromkeys(kept, 1)
 
 
 def test_no_worker_is_left_of_this_test() -> None:

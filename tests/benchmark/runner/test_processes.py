@@ -13,9 +13,10 @@ import pytest
 from benchmark.runner import processes
 from benchmark.runner.processes import AHEAD, DIED, run_here, run_in_processes
 from benchmark.tasks.suite import Scope
-from benchmark.tasks.task import FAILED, OK, Outcome, Task
+from benchmark.tasks.task import FAILED, OK, Outcome, Task, failed
 from tests.benchmark.runner.workload import DEADLY, deadly, pids, process_id, tasks
 
+LANES: dict[str, Any] = {"row": lambda task: task.case, "died": failed}
 identify = partial(process_id, scope=Scope())
 
 
@@ -46,7 +47,7 @@ def test_two_processes_share_the_tasks_and_few_are_given_out(
 
     monkeypatch.setattr(processes, "ProcessPoolExecutor", Counted)
     found, most = [], 0
-    for task, outcome in run_in_processes(identify, tasks(40), 2):
+    for task, outcome in run_in_processes(identify, tasks(40), 2, **LANES):
         most = max(most, given - len(found))
         found.append((task, outcome))
     assert sorted(task for task, _ in found) == sorted(tasks(40))
@@ -60,7 +61,7 @@ def test_two_processes_share_the_tasks_and_few_are_given_out(
 def test_a_row_stays_with_its_process_until_another_helps() -> None:
     """Which builds its estimator once."""
     by_row = sorted(tasks(20))  # two cases of ten seeds each
-    found = dict(run_in_processes(identify, by_row, 2))
+    found = dict(run_in_processes(identify, by_row, 2, **LANES))
     first, second = (pids([found[t] for t in by_row[i : i + AHEAD]]) for i in (0, 10))
     assert len(first) == len(second) == 1
     assert first != second
@@ -68,7 +69,7 @@ def test_a_row_stays_with_its_process_until_another_helps() -> None:
 
 def test_a_killed_process_loses_nothing() -> None:
     found: list[tuple[Task, Outcome]] = []
-    for pair in run_in_processes(identify, tasks(30), 2):
+    for pair in run_in_processes(identify, tasks(30), 2, **LANES):
         found.append(pair)
         if len(found) == 5:
             os.kill(min(pids([pair[1]])), signal.SIGKILL)
@@ -78,7 +79,7 @@ def test_a_killed_process_loses_nothing() -> None:
 
 
 def test_the_task_that_kills_its_process_is_the_one_that_fails() -> None:
-    found = list(run_in_processes(partial(deadly, scope=Scope()), tasks(12), 2))
+    found = list(run_in_processes(partial(deadly, scope=Scope()), tasks(12), 2, **LANES))
     assert sorted(task for task, _ in found) == sorted(tasks(12))
     broken = {task.seed: outcome for task, outcome in found if outcome.status != OK}
     assert set(broken) == {DEADLY}
@@ -91,7 +92,7 @@ def test_processes_have_one_thread_each_unless_told_otherwise(
     """What BLAS reads when a process begins."""
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
-    found = dict(run_in_processes(_threads, tasks(1), 2))
+    found = dict(run_in_processes(_threads, tasks(1), 2, **LANES))
     assert found[tasks(1)[0]].reason == "1 3"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,13 @@ OUTCOMES = {
     Task("pen", "b", "accel", "ekf", 1): GOOD,
     Task("pen", "a", "accel", "ekf", 0): failed("KeyError: 'what'"),
 }
+
+
+def test_both_tables_say_with_which_version_they_were_written(tmp_path: Path) -> None:
+    write_tables(OUTCOMES, OUTCOMES.__getitem__, tmp_path)
+    for name in (RESULTS, SERIES):
+        metadata = pq.read_schema(tmp_path / name).metadata
+        assert metadata[b"pen_mhe_version"] == version("pen-mhe").encode()
 
 
 def test_a_row_per_quantity_in_the_order_of_the_tasks(tmp_path: Path) -> None:

@@ -13,9 +13,9 @@ from estimation.estimator import run_measurements
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.motions import sample_motion
-from models.replaced_prior import replaced_prior
+from models.priors import replaced_prior
 from pen_mhe.estimators import create_estimator
-from recordings.simulate_pen import DRAWN
+from recordings.motion_list import DRAWN
 from suites.bad_starts.cases import (
     CASES,
     FROM_REST,

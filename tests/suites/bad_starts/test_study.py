@@ -27,7 +27,12 @@ def test_tables_and_file_show_the_same_runs(tmp_path: Path) -> None:
     arguments = ("--cases", CASE, "--estimators", "ekf", "--runs", "3", "--jobs", "1")
     result = call(*arguments, "--output", str(output))
     assert result.exit_code == 0, result.stderr
-    assert sorted(path.name for path in output.iterdir()) == ["bad_starts.csv", "bad_starts.png"]
+    assert sorted(path.name for path in output.iterdir()) == [
+        "bad_starts.csv",
+        "bad_starts.png",
+        "journal-bad-starts.jsonl",
+        "journal-bad-starts.jsonl.lock",
+    ]
     assert (output / "bad_starts.png").read_bytes().startswith(b"\x89PNG")
     expected = summary(CASES[CASE], "ekf", [run_bad_start(CASES[CASE], "ekf", k) for k in range(3)])
     (row,) = pd.read_csv(output / "bad_starts.csv").to_dict("records")

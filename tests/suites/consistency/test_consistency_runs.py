@@ -16,8 +16,8 @@ import pytest
 
 from models.errors import InputError
 from models.pen import PenConfig, pen_model
-from models.pen_file import find_pen
-from recordings.simulate_pen import DRAWN
+from models.pen_file import load_pen
+from recordings.motion_list import DRAWN
 from suites.consistency.run import (
     ANGLE_JERK,
     CASES,
@@ -36,7 +36,7 @@ RUNS, PROCESSES = 200, 2
 
 
 def pen_of(degrees_of_freedom: int = 6) -> PenConfig:
-    return find_pen("dpoint").model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    return load_pen("dpoint").model_copy(update={"degrees_of_freedom": degrees_of_freedom})
 
 
 def runs_of(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmark.configurations import contract_models
-from mhe.config import MheConfig
+from mhe.config import MheIpoptConfig
 from mhe.reference.ipopt import MheIpopt
 from models.errors import InputError
 from suites.optimum.cases import WindowCase, WindowKey, rolled_out, window_case
@@ -54,7 +54,7 @@ def test_a_newton_step_leads_back_to_the_optimum(model: str) -> None:
     _, J, X = window.linearised(optimum.z)
     off *= way / np.linalg.norm(J @ off)
     std = np.linalg.norm(np.linalg.solve(np.linalg.cholesky(J.T @ J), X.T), axis=0)
-    check = NewtonCheck(case.model, MheConfig(horizon=HORIZON))
+    check = NewtonCheck(case.model, MheIpoptConfig(horizon=HORIZON))
     here = window.trajectory(optimum.z + off)
     step = check.step(case.prior, case.measurements, here, std)
     assert step.length == pytest.approx(way, rel=1e-2)
@@ -68,7 +68,7 @@ def test_bounds_are_refused() -> None:
     model = contract_models()[MODELS[0]]
     bounded = model.bounded(**{model.state_names[0]: (-1.0, 1.0)})
     with pytest.raises(InputError, match="has bounds or inequalities, expected one without"):
-        NewtonCheck(bounded, MheConfig(horizon=HORIZON))
+        NewtonCheck(bounded, MheIpoptConfig(horizon=HORIZON))
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_verdicts(relative: float, ipopt_newton_length: float, verdict: str) -> 
 def test_an_unfinished_solution_is_found_out() -> None:
     """IPOPT against itself, stopped early on one side and on the other."""
     case = case_of(MODELS[0])
-    settings = MheConfig(horizon=HORIZON, tolerance=1e-12)
+    settings = MheIpoptConfig(horizon=HORIZON, tolerance=1e-12)
     early_settings = replace(settings, max_iterations=1)
     whole, early = (MheIpopt(case.model, s) for s in (settings, early_settings))
     later = MheIpopt(case.model, replace(settings, tolerance=1e-2))
@@ -123,7 +123,7 @@ def test_an_unfinished_solution_is_found_out() -> None:
 def test_a_reference_that_stalls_is_carried_on() -> None:
     """Full Gauss-Newton steps are too long at this minimum, and its cost is flat."""
     case = window_case(WindowKey(576, "pen5 two accelerometers", "plain", HORIZON))
-    settings = MheConfig(horizon=HORIZON, tolerance=1e-12)
+    settings = MheIpoptConfig(horizon=HORIZON, tolerance=1e-12)
     first = MheIpopt(case.model, settings).solve(case.prior, case.measurements, case.guess)
     reference = IpoptReference(case.model, settings)
     found = reference.solve(case)

@@ -8,7 +8,7 @@ import pytest
 
 from benchmark.configurations import CONFIGURATIONS
 from models.pen import PenConfig, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from suites.pen.pen_cases import (
     NEGLIGIBLE,
     PEN_CASES,
@@ -50,7 +50,7 @@ def test_what_is_known_of_the_motion_follows_its_speed(speed: float) -> None:
     for field in ("tip_jerk_density_m_s3_per_sqrt_hz", "angle_jerk_density_rad_s3_per_sqrt_hz"):
         ratio = getattr(slow.process_noise, field) / getattr(own.process_noise, field)
         assert ratio == pytest.approx(speed**3 / speed**0.5)
-    assert slow.sensors == own.sensors == find_pen("reference").sensors
+    assert slow.sensors == own.sensors == load_pen("reference").sensors
 
 
 def test_who_assumes_what_moves() -> None:

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from benchmark.configurations import TURNTABLE_CONFIGURATIONS
-from mhe.config import MheConfig
 from models.arrays import Array
 from models.errors import InputError
 from models.turntable import mirror, paper_turntable, turntable_model
-from pen_mhe.estimators import EstimatorSettings
+from pen_mhe.estimators import settings_read
 from recordings.simulate_turntable import simulate_table
 from suites.pen.turntable_starts import (
     OUTCOMES,
@@ -28,7 +27,7 @@ from tests.models.test_turntable import equation_10
 
 DEG = math.pi / 180
 SIXTY = 60 * DEG
-QUICK = EstimatorSettings(mhe=MheConfig(horizon=5))
+QUICK = {"horizon": 5}
 DURATION_S = {"ekf": 2.0, "mhe": 0.4}
 SIXTY_SEEDS = {"ekf": range(6), "mhe": (0, 5, 19)}
 """Seeds among which a start from 60° ends at the truth, and one in the mirror."""
@@ -37,7 +36,12 @@ SIXTY_SEEDS = {"ekf": range(6), "mhe": (0, 5, 19)}
 def trial(configuration: str, estimator: str, start_error_rad: float) -> StartTrial:
     duration_s = DURATION_S[estimator]
     return StartTrial(
-        configuration, estimator, start_error_rad, duration_s, duration_s / 4, settings=QUICK
+        configuration,
+        estimator,
+        start_error_rad,
+        duration_s,
+        duration_s / 4,
+        settings=settings_read(estimator, QUICK),
     )
 
 

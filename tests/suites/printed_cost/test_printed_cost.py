@@ -21,8 +21,9 @@ from suites.printed_cost.run import (
     RIGID_BODY,
     SETTLING_S,
     accelerometer_error,
+    cost_row,
+    cost_tasks,
     paper_pen,
-    printed_cost,
     simulated,
 )
 from tests.references import pen_readings
@@ -95,7 +96,7 @@ def test_all_errors_are_the_sum_of_each(recording: Recording) -> None:
 def table() -> pd.DataFrame:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("estimation.native.compiler", lambda: None)
-        return printed_cost(speeds=(1.0,), seeds=SEEDS, duration_s=DURATION_S)
+        return pd.DataFrame(map(cost_row, cost_tasks((1.0,), SEEDS, DURATION_S)))
 
 
 def test_one_row_per_configuration_and_model(table: pd.DataFrame) -> None:

@@ -16,7 +16,7 @@ from estimation.estimator import run
 from estimation.recording import Recording
 from models.errors import InputError
 from models.pen import pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from recordings.written import WrittenRecording
 from suites.real import dpoint_run
 from suites.real.dpoint_run import (
@@ -33,7 +33,7 @@ from suites.real.dpoint_run import (
 )
 from tests.benchmark.hand_made import history
 
-PEN = find_pen("dpoint")
+PEN = load_pen("dpoint")
 SHORT_S = 9.0
 
 

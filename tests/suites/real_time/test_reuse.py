@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from estimation.estimator import run
-from mhe.config import MheConfig
+from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
 from suites.real_time.reuse import (
     FULL,
@@ -49,7 +49,10 @@ def test_keeping_factors_is_near_full_passes_with_the_same_elimination() -> None
 
 def test_taking_turns_changes_nothing() -> None:
     stream = simulated("turntable", seconds=1.3)
-    configs = {"a": MheConfig(5, reuse_threshold=0.5), "b": MheConfig(7, reuse_threshold=0.0)}
+    configs = {
+        "a": MheRtiConfig(horizon=5, reuse_threshold=0.5),
+        "b": MheRtiConfig(horizon=7, reuse_threshold=0.0),
+    }
     for name, history in interleaved(stream, configs).items():
         alone = run(MheRti(stream.model, configs[name]), stream.recording)
         np.testing.assert_array_equal(history.mean, alone.mean)

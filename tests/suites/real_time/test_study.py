@@ -8,20 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from suites.real_time import reuse, study
 from suites.real_time.streams import CASES
 from suites.real_time.study import run_real_time
 
 
-def test_without_recordings(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(
-        study,
-        "reuse_rows",
-        lambda name, stream: reuse.reuse_rows(name, stream, (4,), (0.5, math.inf)),
-    )
-    run_real_time(tmp_path / "new", None, 50)
+def test_without_recordings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run_real_time(tmp_path / "new", None, 50, horizons=(4,), thresholds=(0.5, math.inf))
     said = capsys.readouterr().out
     assert "left out" in said
     assert "(default)" in said

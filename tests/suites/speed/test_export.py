@@ -20,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 def test_numpy_alone_reproduces_the_cost(tmp_path: Path) -> None:
     problem = Problem("pen15", 20, 2)
-    path = write_problem(problem, solved_windows(problem, 2), tmp_path)
+    path = write_problem(problem, problem_arrays(problem, solved_windows(problem, 2)), tmp_path)
     assert path == tmp_path / "problem_pen15_20.npz"
     stored, computed = speed_problem.costs_of_solutions(path)
     assert len(stored) == 2
@@ -48,7 +48,7 @@ def test_transitions_are_those_of_uneven_steps() -> None:
 
 def test_bounds_are_in_the_file_and_hold_in_its_solutions(tmp_path: Path) -> None:
     problem = Problem("pen15", 10, 2, bounded=True)
-    path = write_problem(problem, solved_windows(problem, 2), tmp_path)
+    path = write_problem(problem, problem_arrays(problem, solved_windows(problem, 2)), tmp_path)
     assert path == tmp_path / "problem_pen15_10_bounded.npz"
     stored, computed = speed_problem.costs_of_solutions(path)
     np.testing.assert_allclose(computed, stored, rtol=1e-9)

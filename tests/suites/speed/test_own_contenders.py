@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from estimation import native
-from mhe.config import MheConfig
+from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
 from models.errors import InputError
-from pen_mhe.estimators import ESTIMATORS, create_estimator
+from pen_mhe.estimators import ESTIMATORS, EstimatorRow, create_estimator
 from suites.speed.contender import STEP, STREAM_CALL, ContenderAbsentError
 from suites.speed.contenders import REUSE_CONTENDERS, REUSE_HORIZONS
 from suites.speed.exported_contender import ExportedStep
@@ -60,12 +60,12 @@ def test_the_state_after_the_window_before_knows_its_active_rows(interpreted: No
 @compiled
 @pytest.mark.parametrize("threshold", [0.0, 0.5])
 def test_a_repeated_step_along_a_stream_keeps_what_it_keeps_live(threshold: float) -> None:
-    config = MheConfig(horizon=5, reuse_threshold=threshold)
+    settings = {"horizon": 5, "reuse_threshold": threshold}
     model = TURNTABLE.model
     stream = filtered_stream(TURNTABLE, model, COUNT)
-    live = MheRti(model, config)
+    live = MheRti(model, MheRtiConfig(**settings))
     state = live.init()
-    contender = LiveStep(model, stream.samples[0], "mhe-rti", STEP, config)
+    contender = LiveStep(model, stream.samples[0], "mhe-rti", STEP, settings)
     kept = []
     for sample in stream.samples:
         state, estimate = live.step(state, sample.measurement)
@@ -101,7 +101,9 @@ def test_an_estimator_that_refuses_a_model_is_left_out_with_its_sentence(
     def refuse(model: Any, settings: Any) -> Any:
         raise InputError("picky does not know this model, expected another")
 
-    table: Mapping[str, Any] = MappingProxyType({**ESTIMATORS, "picky": refuse})
+    table: Mapping[str, Any] = MappingProxyType(
+        {**ESTIMATORS, "picky": EstimatorRow(make=refuse, config=MheRtiConfig)}
+    )
     monkeypatch.setattr("pen_mhe.estimators.ESTIMATORS", table)
     monkeypatch.setattr("suites.speed.own_contenders.ESTIMATORS", table)
     (solved,) = solved_windows(TURNTABLE, 1)

@@ -18,10 +18,10 @@ from suites.speed.contenders import (
     sample_contenders,
     stream_contenders,
 )
+from suites.speed.parts import REUSE_PROBLEM, STREAM_PROBLEM
 from suites.speed.problems import PROBLEMS, Problem, find_problem
 from suites.speed.rows import Quality, Row, row, write_rows
 from suites.speed.runner import Racer
-from suites.speed.study import REUSE_PROBLEM, STREAM_PROBLEM
 from suites.speed.verdicts import ONE_PASS_20, PROMISES, Key, Promise, verdicts
 
 COLUMNS = [

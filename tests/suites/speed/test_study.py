@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,10 +10,11 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from benchmark.report.numbers import in_unit
 from commands.cli import app
 from suites.speed import study
 from suites.speed.contender import CONVERGED, STEP, STREAM_CALL
-from suites.speed.figures import contender_figure, horizon_figure, in_unit
+from suites.speed.figures import contender_figure, horizon_figure
 from suites.speed.problems import find_problem
 from suites.speed.rows import Row
 from suites.speed.study import run_speed
@@ -33,11 +33,12 @@ def test_the_suite_writes_rows_problems_and_figures(
     problems = [find_problem("turntable_20"), find_problem("turntable_20_bounded")]
     few = partial(run_speed, problems=problems, windows=3, stream=StreamPlan(2, 1, 1))
     monkeypatch.setattr(study, "run_speed", few)
-    monkeypatch.setattr(study, "is_single_threaded", lambda: True)
     output = tmp_path / "made" / "speed"
     result = call("benchmark", "speed", "--output", str(output))
     assert result.exit_code == 0, result.stderr
     assert sorted(path.name for path in output.iterdir()) == [
+        "journal-speed.jsonl",
+        "journal-speed.jsonl.lock",
         "problem_turntable_20.npz",
         "problem_turntable_20_bounded.npz",
         "speed.json",
@@ -63,31 +64,6 @@ def test_the_suite_writes_rows_problems_and_figures(
     promise = "bounded, converged, N = 20, compiled call: against one unbounded pass"
     assert f"| {promise} |  | ≤ 8 | no figure |" in verdicts
     assert f"problems and figures in {output}" in verdicts
-
-
-def test_threads_are_refused_by_a_process_without(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
-    assert study.is_single_threaded()
-    monkeypatch.setenv("OMP_NUM_THREADS", "2")
-    assert not study.is_single_threaded()
-    monkeypatch.delenv("OMP_NUM_THREADS")
-    assert not study.is_single_threaded()
-
-    started: list[tuple[list[str], dict[str, str]]] = []
-
-    def start(command: list[str], env: dict[str, str], check: bool) -> Any:
-        started.append((command, env))
-        return subprocess.CompletedProcess(command, 3)
-
-    monkeypatch.setattr(subprocess, "run", start)
-    result = call("benchmark", "speed", "--output", str(tmp_path))
-    assert result.exit_code == 3
-    [(command, env)] = started
-    assert command[1:] == ["-m", "commands.cli", "benchmark", "speed", "--output", str(tmp_path)]
-    assert (env["OMP_NUM_THREADS"], env["OPENBLAS_NUM_THREADS"]) == ("1", "1")
 
 
 def test_bounded_windows_and_streams_have_panels_of_their_own() -> None:

@@ -9,12 +9,12 @@ import pytest
 
 from benchmark.bodies import BODIES
 from estimation.recording import Measurement
-from mhe.config import MheConfig
+from mhe.config import MheIpoptConfig
 from mhe.reference.ipopt import MheIpopt, MheState
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.units import split_unit
-from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.estimators import create_estimator
 from suites.speed.cost import WindowCost
 from suites.speed.held_rows import HeldRows
 from suites.speed.problems import DURATION_S, PROBLEMS, Problem, find_problem
@@ -161,7 +161,9 @@ def test_the_prior_is_what_a_moving_horizon_carries(case: Case, interpreted: Non
     """Also with bounds, whose optimum may lie far from what the EKF, without them, says."""
     problem, solved = case
     mhe = create_estimator(
-        "mhe-ipopt", solved[0].window.model, EstimatorSettings(mhe=MheConfig(problem.horizon))
+        "mhe-ipopt",
+        solved[0].window.model,
+        horizon=problem.horizon,
     )
     for each in solved:
         before = each.window.previous
@@ -232,7 +234,7 @@ def test_a_step_below_a_bounded_optimum_leaves_the_bounds(
     """The window's free optimum costs less; the way there leads through a bound at once."""
     (each,) = solved_windows(replace(problem, windows=1), 1)
     window, found, free = each.window, each.optimum.trajectory, replace(problem, bounded=False)
-    config = MheConfig(horizon=problem.horizon, tolerance=TOLERANCE)
+    config = MheIpoptConfig(horizon=problem.horizon, tolerance=TOLERANCE)
     lower = MheIpopt(free.model, config).solve(window.prior, window.measurements, window.guess)
     held, cost = HeldRows(window.model), WindowCost(window.model, problem.horizon)
     start = found.states[0] + 1e-3 * (lower.trajectory.states[0] - found.states[0])

@@ -9,10 +9,10 @@ from classical_baseline.fixed_weight import FixedWeightConfig, run
 from estimation.estimator import run as drive
 from estimation.function_call import FunctionCall
 from estimation.kalman_stage import stage_functions
-from mhe.config import MheConfig
+from mhe.config import WindowConfig
 from mhe.stage_functions import spread_function, window_functions
 from models.turntable import turntable_model
-from pen_mhe.estimators import EstimatorSettings, create_estimator
+from pen_mhe.estimators import create_estimator, settings_read
 from suites.tilt.cases import CASES
 from suites.tilt.operations import ekf_operations, mhe_operations, operations
 from suites.tilt.recursion import raw_function, recursion_function, run_compiled, run_raw_compiled
@@ -62,10 +62,10 @@ def test_operations_are_those_that_are_called(
 
     case = CASES["full turn, fast"]
     model = turntable_model(installed(case.installation), SENSORS)
-    full = MheConfig(reuse_threshold=0.0)
-    chosen = create_estimator(estimator, model, EstimatorSettings(mhe=full))
+    full = settings_read(estimator, {"reuse_threshold": 0.0})
+    chosen = create_estimator(estimator, model, **full)
     recording = simulate_samples(case, 0).recording(9.81)
-    horizon = EstimatorSettings().mhe.horizon
+    horizon = WindowConfig().horizon
     filled, steps = (horizon + 5) / 100, 10
     drive(chosen, recording.first(filled))
     monkeypatch.setattr(FunctionCall, "__call__", counting)

@@ -13,9 +13,11 @@ from benchmark.verdicts.claims import load_claims
 from benchmark.verdicts.judge import NO_DATA, judge
 from classical_baseline.weight_search import Ended
 from models.errors import InputError
+from suites.tilt import operations as operations_module
 from suites.tilt import suite as suite_module
 from suites.tilt.cases import CASES, CURVE_CASES, FULL_TURN, TWO_AXES
-from suites.tilt.estimators import CURVE
+from suites.tilt.estimators import CURVE, MODEL_BASED
+from suites.tilt.operations import COUNTS
 from suites.tilt.suite import ESTIMATORS, NAME, SUITE
 from suites.tilt.weights import trained_weights
 
@@ -185,3 +187,19 @@ def test_unknown_tasks() -> None:
         SUITE.run(Task(NAME, "half turn", "accel+gyro", "ekf", 0), SCOPE)
     with pytest.raises(InputError, match="estimator ekf with sensors accel is unknown"):
         SUITE.run(Task(NAME, FULL_TURN, "accel", "ekf", 0), SCOPE)
+
+
+def test_an_estimator_without_a_count_says_so(
+    results: Results, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It has no figure of operations, least of all another's."""
+    assert set(MODEL_BASED) <= set(COUNTS)
+    (cost,) = [figure for figure in SUITE.figures(results) if figure.key == "tilt-cost"]
+    assert "not counted" not in cost.caption
+    known = {name: count for name, count in COUNTS.items() if name != "mhe-rti"}
+    monkeypatch.setattr(operations_module, "COUNTS", known)
+    outcome = SUITE.run(Task(NAME, TWO_AXES, ESTIMATORS["mhe-rti"], "mhe-rti", 0), SCOPE)
+    assert "operations" not in found(outcome)
+    assert "passes" in found(outcome)
+    (cost,) = [figure for figure in SUITE.figures(results) if figure.key == "tilt-cost"]
+    assert "The operations of mhe-rti are not counted: it has no row in" in cost.caption

@@ -14,20 +14,47 @@ import numpy as np
 from estimation.observability import Verdict, verdict
 from estimation.recording import Recording
 from models.errors import InputError
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_file import AnyPen, as_pen
 from models.state_space import StateSpaceModel
-from recordings.simulate_pen import sensors_with_a_rate, simulate_recording
+from recordings.simulate_pen import sensors_with_a_rate, simulate
 
 MOTIONS = ("still", "handwriting")
 """Motions that the verdict is given for: what rest leaves open, writing may show."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SensorVerdict:
-    """The verdict on one choice of sensors, by motion."""
+    """The verdict on one choice of sensors, by motion; prints itself as a table."""
 
     model: StateSpaceModel
     by_motion: dict[str, Verdict]
+
+    def rows(self) -> list[list[str]]:
+        """Return a row per state: name, what was known before, and a verdict per motion."""
+        states = zip(
+            self.model.state_names, self.model.state_units, self.model.prior.std, strict=True
+        )
+        return [
+            [name, f"{std:.3g} {unit}", *(_seen(v, i, name) for v in self.by_motion.values())]
+            for i, (name, unit, std) in enumerate(states)
+        ]
+
+    def __repr__(self) -> str:
+        rows = [["state", "known before (std)", *self.by_motion], *self.rows()]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = [f"{self.model.name}: {', '.join(s.name for s in self.model.sensors)}"]
+        lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+        for motion, found in self.by_motion.items():
+            seen = found.observability
+            lines.append(f"{motion}: {seen.rank} of {self.model.n_x} directions are observable")
+            lines += [f"  no reading shows {direction.words}" for direction in seen.directions]
+        return "\n".join(lines)
+
+
+def _seen(verdict: Verdict, index: int, name: str) -> str:
+    left = f"{min(verdict.unseen_fraction[index], 1):.1%}"
+    return left if verdict.sees(name) else f"not observable ({left})"
 
 
 def judge(model: StateSpaceModel, recording: Recording) -> Verdict:
@@ -51,28 +78,31 @@ def judge(model: StateSpaceModel, recording: Recording) -> Verdict:
 
 
 def observe(
-    pen: PenConfig,
+    pen: AnyPen = "reference",
     sensors: Iterable[str] | None = None,
+    *,
     writing_area: bool = True,
     motions: Iterable[str] = MOTIONS,
     duration_s: float = 3.0,
 ) -> SensorVerdict:
-    """Judge a choice of sensors along motions of the table.
+    """Judge what a choice of sensors can see, along motions of the table.
 
     Parameters
     ----------
+    pen : a pen, the name of a bundled one, or the path of a pen file
     sensors : names from the pen file; None takes all that have a rate
     writing_area : see `models.pen.pen_model`
     motions : names of `models.motions.motions`
     duration_s : of each motion
     """
-    chosen = sensors_with_a_rate(pen) if sensors is None else sensors
-    model = pen_model(pen, chosen, writing_area)
+    config = as_pen(pen)
+    chosen = sensors_with_a_rate(config) if sensors is None else sensors
+    model = pen_model(config, chosen, writing_area=writing_area)
     measured = [sensor.name for sensor in model.measured_sensors]
     return SensorVerdict(
         model,
         {
-            motion: judge(model, simulate_recording(pen, measured, motion, duration_s))
+            motion: judge(model, simulate(config, measured, motion=motion, duration_s=duration_s))
             for motion in motions
         },
     )

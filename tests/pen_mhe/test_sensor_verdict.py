@@ -12,9 +12,9 @@ from estimation.recording import Recording, Truth
 from models.errors import InputError
 from models.motions import sample_motion
 from models.pen import kinematic_states, pen_model
-from models.pen_file import find_pen
-from pen_mhe.observe import MOTIONS, SensorVerdict, judge, observe
-from recordings.simulate_pen import simulate_recording
+from models.pen_file import load_pen
+from pen_mhe.sensor_verdict import MOTIONS, SensorVerdict, judge, observe
+from recordings.simulate_pen import simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -23,7 +23,7 @@ SECONDS = 1.0
 
 @cache
 def found(pen: str, sensors: tuple[str, ...], writing_area: bool = True) -> SensorVerdict:
-    return observe(find_pen(pen), sensors, writing_area, duration_s=SECONDS)
+    return observe(load_pen(pen), sensors, writing_area=writing_area, duration_s=SECONDS)
 
 
 def words(verdicts: SensorVerdict, motion: str) -> list[str]:
@@ -107,11 +107,11 @@ def test_a_motion_shows_no_less_than_rest() -> None:
 
 @cache
 def turn() -> Recording:
-    return simulate_recording(find_pen("reference"), ("accel", "gyro"), "turn", 0.3, seed=2)
+    return simulate(load_pen("reference"), ("accel", "gyro"), motion="turn", duration_s=0.3, seed=2)
 
 
 def test_the_verdict_depends_on_which_readings_there_are_not_on_their_values() -> None:
-    model = pen_model(find_pen("reference"), ("accel", "gyro"))
+    model = pen_model(load_pen("reference"), ("accel", "gyro"))
     one = judge(model, turn())
     zeros = {name: np.where(np.isnan(y), y, 0.0) for name, y in turn().readings.items()}
     same = judge(model, dataclasses.replace(turn(), readings=zeros))
@@ -123,7 +123,7 @@ def test_the_verdict_depends_on_which_readings_there_are_not_on_their_values() -
 
 
 def test_bad_input_is_refused() -> None:
-    pen, recording = find_pen("reference"), turn()
+    pen, recording = load_pen("reference"), turn()
     model = pen_model(pen, ("accel", "gyro"))
     with pytest.raises(InputError, match="motion dance is unknown, expected one of turn, still"):
         observe(pen, ("gyro",), motions=["dance"])

@@ -47,6 +47,11 @@ def gesture_path(
     specific_force : (n, 3) of the centre of mass in body axes, m/s²
     step_s : of even samples, s
     gravity_m_s2 : larger than it is lets the path fall
+
+    Raises
+    ------
+    InputError
+        If the direction cosines do not fit the specific forces.
     """
     if not len(specific_force) or C.shape != (len(specific_force), 3, 3):
         raise InputError(

@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from estimation.consistency import Consistency, consistency, nees, nis
+from estimation.consistency import Consistency, consistency_of, nees, nis
 from estimation.estimate import EstimateHistory
 from estimation.estimator import run
 from estimation.recording import Recording
 from models.errors import InputError
 from models.pen import PenConfig, pen_model
+from models.pen_file import AnyPen, as_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, seen_only, state_errors
-from pen_mhe.estimators import EstimatorSettings, create_estimator
-from pen_mhe.observe import judge
+from pen_mhe.estimators import DEFAULT_ESTIMATOR, create_estimator
+from pen_mhe.sensor_verdict import judge
 from recordings.ink import InkMatch, ink_match
+from recordings.read import read_written
 from recordings.thinning import CameraThinning, LeftOutError, left_out_error, thinned
 from recordings.written import WrittenRecording
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class EstimateRun:
-    """What came out of one run.
+    """What came out of one run; prints itself as a few sentences.
 
     Parameters
     ----------
@@ -50,6 +57,28 @@ class EstimateRun:
     ink: InkMatch | None
     zero_delay: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        history = self.history
+        lines = [
+            f"{history.estimator} on {self.used.name}: {len(history)} steps, "
+            f"{history.solved_fraction:.2%} solved"
+        ]
+        if self.true_rms:
+            errors = (
+                f"{column} {value:.4g}" if isinstance(value, float) else f"{column} {value}"
+                for column, value in self.true_rms.items()
+            )
+            lines.append(f"RMS error against the truth: {', '.join(errors)}")
+        if self.ink is not None:
+            lines.append(f"mean ink distance: {self.ink.mean_distance_mm:.4f} mm")
+        return "\n".join(lines)
+
+    def plot(self) -> Figure:
+        """Draw the tip's path, over the ink where there is a scan, angles and step times."""
+        from pen_mhe.figures import estimate_figure  # slow to import
+
+        return estimate_figure(self.output, self.ink, truth=self.used.truth)
+
 
 def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
     """Return the pen's sensors that the recording has."""
@@ -59,9 +88,10 @@ def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
 def estimate_recording(
     loaded: WrittenRecording,
     pen: PenConfig,
-    estimator: str,
+    *,
+    estimator: str = DEFAULT_ESTIMATOR,
+    settings: Mapping[str, Any] | None = None,
     sensors: Sequence[str] | None = None,
-    settings: EstimatorSettings | None = None,
     thinning: CameraThinning | None = None,
     duration_s: float | None = None,
     on_start: Callable[[int], Callable[[int], None]] | None = None,
@@ -71,14 +101,21 @@ def estimate_recording(
 
     Parameters
     ----------
+    estimator : one of `pen_mhe.estimators.ESTIMATORS`
+    settings : that it reads, by name; see `pen_mhe.estimators.create_estimator`
     sensors : names from the pen file; None takes all that the recording has
     thinning : use fewer camera frames
     duration_s : use only the first seconds
     on_start : called with the number of steps; returns what is called as they are made
     writing_area : see `models.pen.pen_model`
+
+    Raises
+    ------
+    InputError
+        If no chosen sensor has readings of its own, or a name or number makes no sense.
     """
     recording = loaded.recording
-    model = pen_model(pen, sensors or default_sensors(pen, recording), writing_area)
+    model = pen_model(pen, sensors or default_sensors(pen, recording), writing_area=writing_area)
     measured = [sensor.name for sensor in model.measured_sensors]
     if not measured:
         raise InputError(
@@ -93,7 +130,8 @@ def estimate_recording(
     cameras = [s for s in model.sensors if s.sees_pose]
     used = recorded if thinning is None else thinned(model, recorded, thinning)
     on_progress = on_start(len(used.time_s)) if on_start else None
-    history = run(create_estimator(estimator, model, settings), used, on_progress=on_progress)
+    built = create_estimator(estimator, model, **(settings or {}))
+    history = run(built, used, on_progress=on_progress, covariances=_has_nees(model, used))
     fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
     output = history.at(used.sensor(fastest)[0])
     return EstimateRun(
@@ -107,6 +145,58 @@ def estimate_recording(
         nees=_nees(model, history, used),
         ink=ink_match(output, loaded.ink) if loaded.ink else None,
         zero_delay=tuple(s.name for s in model.sensors if s.delay_s > 0),
+    )
+
+
+def estimate(
+    recording: Recording | WrittenRecording | str | Path,
+    pen: AnyPen = "reference",
+    *,
+    sensors: Sequence[str] | None = None,
+    estimator: str = DEFAULT_ESTIMATOR,
+    units: Mapping[str, str] | None = None,
+    thinning: CameraThinning | None = None,
+    duration_s: float | None = None,
+    writing_area: bool = True,
+    **settings: Any,
+) -> EstimateRun:
+    """Estimate a recording in one call, and judge it by whatever reference it brings.
+
+    Parameters
+    ----------
+    recording : a recording, with the ink it left or without, or the path of a D-POINT folder,
+        a CSV or a Parquet file
+    pen : a pen, the name of a bundled one, or the path of a pen file
+    sensors : names from the pen file; None takes all that the recording has
+    estimator : one of `pen_mhe.estimators.ESTIMATORS`
+    units : of a file's columns, see `recordings.read.read_written`
+    thinning, duration_s : see `estimate_recording`
+    writing_area : see `models.pen.pen_model`
+    settings : of the estimator, see `pen_mhe.estimators.create_estimator`
+
+    Raises
+    ------
+    InputError
+        If something does not exist, does not fit together, or is not known by its name.
+    """
+    config = as_pen(pen)
+    if isinstance(recording, str | Path):
+        written = read_written(recording, config, units=units)
+    elif units:
+        raise InputError("units are given for a recording, expected none: its are SI")
+    elif isinstance(recording, Recording):
+        written = WrittenRecording(recording)
+    else:
+        written = recording
+    return estimate_recording(
+        written,
+        config,
+        estimator=estimator,
+        settings=settings,
+        sensors=sensors,
+        thinning=thinning,
+        duration_s=duration_s,
+        writing_area=writing_area,
     )
 
 
@@ -131,14 +221,19 @@ def _true_rms(
 
 def _nis(model: StateSpaceModel, history: EstimateHistory) -> Consistency | None:
     squared, rows = nis(history, model.measured_rows)
-    return consistency(squared, rows) if rows.any() else None
+    return consistency_of(squared, rows) if rows.any() else None
 
 
 def _nees(
     model: StateSpaceModel, history: EstimateHistory, recording: Recording
 ) -> Consistency | None:
     truth = recording.truth
-    if truth is None or not set(model.state_names) <= set(truth.names):
+    if truth is None or not _has_nees(model, recording):
         return None
     squared = nees(model, history, truth.states(model.state_names, history.time_s))
-    return None if np.isnan(squared).all() else consistency(squared, model.n_x)
+    return None if np.isnan(squared).all() else consistency_of(squared, model.n_x)
+
+
+def _has_nees(model: StateSpaceModel, recording: Recording) -> bool:
+    """Whether the truth of every state is known."""
+    return recording.truth is not None and set(model.state_names) <= set(recording.truth.names)

@@ -12,12 +12,11 @@ import pytest
 from estimation.estimator import run
 from estimation.recording import Recording
 from estimation.status import Status
-from mhe.config import MheConfig
 from models.arrays import Array
 from models.errors import InputError
-from models.own_model import OwnSensor, own_model
+from models.own_models import OwnSensor, own_model
 from models.state_space import StateSpaceModel
-from pen_mhe.estimators import ESTIMATORS, LEAST_SQUARES, EstimatorSettings, create_estimator
+from pen_mhe.estimators import ESTIMATORS, LEAST_SQUARES, create_estimator, settings_read
 from recordings.simulate_pen import simulate_model
 from tests.references import kalman
 
@@ -72,7 +71,7 @@ R = np.diag([RULER_STD**2, SPEEDOMETER_STD**2, SPEEDOMETER_STD**2])
 
 @pytest.fixture(scope="module")
 def recording() -> Recording:
-    return simulate_model(cart_model(), 1.5, seed=4)
+    return simulate_model(cart_model(), duration_s=1.5, seed=4)
 
 
 def test_what_was_said_is_in_the_model() -> None:
@@ -111,7 +110,7 @@ def test_every_sensor_reads_at_its_own_rate(recording: Recording) -> None:
 
 def test_readings_are_the_truth_with_the_stated_noise() -> None:
     model = cart_model()
-    long = simulate_model(model, 40.0, seed=5)
+    long = simulate_model(model, duration_s=40.0, seed=5)
     assert long.truth is not None
     for sensor, rows in zip(model.sensors, (H[:1], H[1:]), strict=True):
         times, values = long.sensor(sensor.name)
@@ -125,8 +124,10 @@ def test_readings_are_the_truth_with_the_stated_noise() -> None:
 def test_every_estimator_is_the_kalman_filter(recording: Recording, name: str) -> None:
     """Instants of one sensor alone and of both; all in standard deviations."""
     model = cart_model()
-    settings = EstimatorSettings(mhe=MheConfig(horizon=7))
-    history = run(create_estimator(name, model, settings), recording)
+    settings = {"horizon": 7}
+    history = run(
+        create_estimator(name, model, **settings_read(name, settings)), recording, covariances=True
+    )
     assert set(history.status) == {Status.SOLVED}
     readings = [measurement.y for measurement in recording.measurements(model)]
     prior = model.prior.mean, model.prior.covariance
@@ -148,9 +149,9 @@ def test_a_model_without_noise_is_a_model(name: str) -> None:
     """Nothing moves a constant: n readings leave its std at 1 / √(1/p² + n/r²)."""
     sensors = {"ruler": ruler()}
     model = own_model("constant", {"length_m": (0.0, 1.0)}, lambda x, w, dt: x, 0, sensors)
-    recording = simulate_model(model, 1.0, seed=6)
-    settings = EstimatorSettings(mhe=MheConfig(horizon=3))
-    history = run(create_estimator(name, model, settings), recording)
+    recording = simulate_model(model, duration_s=1.0, seed=6)
+    settings = {"horizon": 3}
+    history = run(create_estimator(name, model, **settings_read(name, settings)), recording)
     assert recording.truth is not None
     assert np.ptp(recording.truth.values) == 0
     y, n = recording.sensor("ruler")[1][:, 0], 1 + np.arange(11)
@@ -213,7 +214,7 @@ BAD: Mapping[str, tuple[Callable[[], object], str]] = {
     ),
     "noise of NaN": (lambda: cart_model(ruler=ruler(noise_std=np.nan)), "expected positive numb"),
     "no rate to simulate with": (
-        lambda: simulate_model(cart_model(ruler=ruler(rate_hz=None)), 1.0),
+        lambda: simulate_model(cart_model(ruler=ruler(rate_hz=None)), duration_s=1.0),
         "sensor ruler has no rate_hz, expected one to simulate it",
     ),
 }  # fmt: skip

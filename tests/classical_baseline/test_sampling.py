@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from classical_baseline.even_step import even_step
+from classical_baseline.sampling import even_step
 from models.errors import InputError
 
 

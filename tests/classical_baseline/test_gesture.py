@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from classical_baseline.attitude import direction_cosines
 from classical_baseline.differential import centre_specific_force, differential_solution
-from classical_baseline.direction_cosines import direction_cosines
-from classical_baseline.gesture_path import gesture_path
+from classical_baseline.gesture import gesture_path
 from classical_baseline.gyro_free import integrate_rate
 from models.errors import InputError
 from tests.classical_baseline.gestures import ATTITUDE, HALF_DISTANCE_M, gesture, order, times

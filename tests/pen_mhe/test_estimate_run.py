@@ -12,12 +12,12 @@ from estimation.estimator import run
 from estimation.recording import Recording, Truth
 from estimation.status import Status
 from models.pen import PenConfig, pen_model
-from models.pen_file import find_pen
+from models.pen_file import load_pen
 from pen_mhe.errors import NOT_OBSERVABLE
-from pen_mhe.estimate import EstimateRun, estimate_recording
+from pen_mhe.estimate_run import EstimateRun, estimate_recording
 from pen_mhe.estimators import create_estimator
-from pen_mhe.observe import observe
-from recordings.simulate_pen import simulate_recording
+from pen_mhe.sensor_verdict import observe
+from recordings.simulate_pen import simulate
 from recordings.written import WrittenRecording
 from suites.consistency.run import CASES, run_case
 
@@ -28,15 +28,15 @@ SENSORS = ("accel", "gyro")
 def estimated(recording: Recording, writing_area: bool = True) -> EstimateRun:
     return estimate_recording(
         WrittenRecording(recording),
-        find_pen("reference"),
-        "ekf",
-        SENSORS,
+        load_pen("reference"),
+        estimator="ekf",
+        sensors=SENSORS,
         writing_area=writing_area,
     )
 
 
 def recorded(duration_s: float = 0.5) -> Recording:
-    return simulate_recording(find_pen("reference"), SENSORS, "handwriting", duration_s)
+    return simulate(load_pen("reference"), SENSORS, motion="handwriting", duration_s=duration_s)
 
 
 def with_truth(recording: Recording, missing: str) -> Recording:
@@ -74,12 +74,14 @@ def test_a_writing_area_is_no_reading() -> None:
 
 
 def test_lost_samples_are_remarked_with_a_writing_area() -> None:
-    pen = find_pen("reference")
+    pen = load_pen("reference")
     lossy = {
         name: sensor.model_copy(update={"dropout_fraction": 0.5})
         for name, sensor in pen.sensors.items()
     }
-    recording = simulate_recording(pen.model_copy(update={"sensors": lossy}), SENSORS, "turn", 0.5)
+    recording = simulate(
+        pen.model_copy(update={"sensors": lossy}), SENSORS, motion="turn", duration_s=0.5
+    )
     model = pen_model(pen, SENSORS)
     history = run(create_estimator("ekf", model), recording)
     lost = np.all([np.isnan(recording.readings[name]).all(axis=1) for name in SENSORS], axis=0)
@@ -92,13 +94,13 @@ def test_lost_samples_are_remarked_with_a_writing_area() -> None:
 
 
 def test_a_drawn_truth_without_a_camera_is_judged_without_the_area() -> None:
-    runs = run_case(find_pen("dpoint"), SENSORS, CASES["settled"], "ekf", range(20))
+    runs = run_case(load_pen("dpoint"), SENSORS, CASES["settled"], "ekf", range(20))
     assert abs(runs.nees.mean() - runs.n_x) < 3 * np.sqrt(2 * runs.n_x / len(runs.nees))
 
 
 @pytest.mark.parametrize("pen", ["dpoint", "reference"])
 def test_every_bundled_pen_is_observed_by_default(pen: str) -> None:
-    config: PenConfig = find_pen(pen)
+    config: PenConfig = load_pen(pen)
     found = observe(config, motions=["still"], duration_s=0.2)
     with_rate = {name for name, sensor in config.sensors.items() if sensor.rate_hz is not None}
     assert {sensor.name for sensor in found.model.sensors} == with_rate

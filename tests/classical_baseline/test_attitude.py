@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from classical_baseline.direction_cosines import direction_cosines, orthonormal
+from classical_baseline.attitude import direction_cosines, orthonormal
 from models.errors import InputError
 from tests.classical_baseline.gestures import ATTITUDE, order, times
 from tests.references.direction_cosines import at_constant_rate, attitudes

@@ -1,0 +1,25 @@
+from classical_baseline import fixed_weight as fixed_weight
+from classical_baseline.attitude import direction_cosines as direction_cosines
+from classical_baseline.attitude import orthonormal as orthonormal
+from classical_baseline.differential import (
+    angular_acceleration_without_roll as angular_acceleration_without_roll,
+)
+from classical_baseline.differential import centre_specific_force as centre_specific_force
+from classical_baseline.differential import differential_solution as differential_solution
+from classical_baseline.differentiators import DIFFERENTIATORS as DIFFERENTIATORS
+from classical_baseline.differentiators import Differentiator as Differentiator
+from classical_baseline.fixed_weight import FixedWeightConfig as FixedWeightConfig
+from classical_baseline.fixed_weight import FixedWeightState as FixedWeightState
+from classical_baseline.gesture import GesturePath as GesturePath
+from classical_baseline.gesture import gesture_path as gesture_path
+from classical_baseline.gyro_free import Compensation as Compensation
+from classical_baseline.gyro_free import GyroFreeRate as GyroFreeRate
+from classical_baseline.gyro_free import integrate_rate as integrate_rate
+from classical_baseline.gyro_free import rate_error as rate_error
+from classical_baseline.sampling import even_step as even_step
+from classical_baseline.tilt_conversion import AdcConversion as AdcConversion
+from classical_baseline.weight_search import CURVE_WEIGHTS as CURVE_WEIGHTS
+from classical_baseline.weight_search import WeightSearch as WeightSearch
+from classical_baseline.weight_search import best_weight as best_weight
+from classical_baseline.weight_search import search_weight as search_weight
+from classical_baseline.weight_search import weight_curve as weight_curve

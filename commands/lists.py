@@ -1,0 +1,127 @@
+"""Names that help texts list and a shell completes: found only when they are asked for.
+
+A help text says ``{estimators}``; the names stand there when the help is printed. What
+a name costs to find is not paid by commands that do not need it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
+from typing import Any, get_args
+
+import typer
+
+from models.bundled import bundled_pens, sensor_names
+from recordings.motion_list import motion_names
+from suites.table import MODULES
+
+
+def _estimators() -> Iterable[str]:
+    from pen_mhe.estimators import ESTIMATORS  # slow to import, as those below are
+
+    return ESTIMATORS
+
+
+def _arrival_costs() -> Iterable[str]:
+    from mhe.arrival_cost import ARRIVAL_COSTS
+
+    return ARRIVAL_COSTS
+
+
+def _exportable() -> Iterable[str]:
+    from codegen.exportable import EXPORTABLE
+
+    return EXPORTABLE
+
+
+def _default_export() -> Iterable[str]:
+    from codegen.exportable import DEFAULT_EXPORT
+
+    return (DEFAULT_EXPORT,)
+
+
+def _consistency_cases() -> Iterable[str]:
+    from suites.consistency.run import CASES
+
+    return CASES
+
+
+def _bad_starts() -> Iterable[str]:
+    from suites.bad_starts.cases import CASES
+
+    return CASES
+
+
+def _compared() -> Iterable[str]:
+    from suites.bad_starts.run import ESTIMATORS
+
+    return ESTIMATORS
+
+
+def _stamps() -> Iterable[str]:
+    from recordings.simulate_pen import Stamps
+
+    return get_args(Stamps)
+
+
+LISTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
+    {
+        "pens": bundled_pens,
+        "motions": motion_names,
+        "estimators": _estimators,
+        "arrival_costs": _arrival_costs,
+        "exportable": _exportable,
+        "default_export": _default_export,
+        "suites": lambda: MODULES,
+        "stamps": _stamps,
+        "consistency_cases": _consistency_cases,
+        "bad_starts": _bad_starts,
+        "compared": _compared,
+    }
+)
+"""Name of a list in a help text → its names."""
+
+
+def filled(text: str) -> str:
+    """Put names where a help text says ``{list}``."""
+    for key, names in LISTS.items():
+        if (place := f"{{{key}}}") in text:
+            text = text.replace(place, ", ".join(names()))
+    return text
+
+
+def completing(key: str) -> Callable[[str], list[str]]:
+    """Return a completer of one name of a list, for ``typer.Option(autocompletion=…)``."""
+
+    def complete(incomplete: str) -> list[str]:
+        return [name for name in LISTS[key]() if name.startswith(incomplete)]
+
+    return complete
+
+
+def completing_several(key: str) -> Callable[[str], list[str]]:
+    """Return a completer of several names of a list with commas."""
+
+    def complete(incomplete: str) -> list[str]:
+        return _next_names(incomplete, LISTS[key]())
+
+    return complete
+
+
+def complete_sensors(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Complete names of sensors with commas: of the pen before them, or of every bundled pen."""
+    given: Any = ctx.params.get("pen")
+    pens = bundled_pens() if given is None else [str(given)]
+    return _next_names(incomplete, [name for pen in pens for name in sensor_names(pen)])
+
+
+def _next_names(incomplete: str, names: Iterable[str]) -> list[str]:
+    """Return ``accel,gyro`` for ``accel,gy``: what may stand behind the last comma."""
+    before, comma, last = incomplete.rpartition(",")
+    given = before.split(",")
+    return [
+        f"{before}{comma}{name}"
+        for name in dict.fromkeys(names)
+        if name.startswith(last) and name not in given
+    ]

@@ -1,0 +1,249 @@
+"""The history of a run: every estimate as plain arrays, to slice, to tabulate and to draw."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from estimation.covariances import Covariances
+from estimation.recording import Truth
+from estimation.status import Status, solved_fraction
+from models.arrays import Array
+from models.errors import InputError
+from models.frozen_mapping import FrozenMapping
+from models.names import unknown
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+PER_STEP = (
+    "time_s",
+    "mean",
+    "std",
+    "innovation",
+    "innovation_std",
+    "squared_innovations",
+    "iterations",
+    "step_time_s",
+    "kkt_residual",
+    "reused_stages",
+)
+"""Arrays of a history with one entry per step."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EstimateHistory:
+    """All estimates of a run as plain arrays.
+
+    Parameters
+    ----------
+    estimator : its name
+    state_names : (n_x,)
+    time_s : (n,)
+    mean, std : (n, n_x), in the units that end the state names
+    innovation, innovation_std : (n, n_r) and their standard deviations, NaN without a reading
+    status : n statuses
+    iterations : (n,)
+    step_time_s : (n,) wall time of each step; of the compiled call where there is one
+    kkt_residual, reused_stages : (n,), see `estimation.estimate.Estimate`
+    squared_innovations : (n, k) normalised innovations squared of the sets in `row_sets`
+    row_sets : name → (n_r,) rows of the innovation; see `estimation.innovations.row_sets`
+    covariances : in full, where the run was asked to keep them
+    difference : the model's, for errors of wrapped angles; None subtracts
+    """
+
+    estimator: str
+    state_names: tuple[str, ...]
+    time_s: Array
+    mean: Array
+    std: Array
+    innovation: Array
+    innovation_std: Array
+    status: tuple[Status, ...]
+    iterations: Array
+    step_time_s: Array
+    kkt_residual: Array
+    reused_stages: Array
+    squared_innovations: Array
+    row_sets: Mapping[str, NDArray[np.bool_]] = field(default_factory=FrozenMapping)
+    covariances: Covariances | None = None
+    difference: ca.Function | None = None
+
+    @classmethod
+    def joined(
+        cls, parts: Iterable[EstimateHistory], n_steps: int | None = None
+    ) -> EstimateHistory:
+        """Join the histories of successive parts of one run, at least one.
+
+        Parameters
+        ----------
+        n_steps : of all parts together; known beforehand, parts are copied into the whole as
+            they come, and no two of them need be there at once
+
+        Without any part it raises `InputError`.
+        """
+        if n_steps is None:
+            parts = list(parts)
+            n_steps = sum(map(len, parts))
+        whole, status = None, list[Status]()
+        for part in parts:
+            whole = whole or part._with_arrays(lambda a: np.empty((n_steps, *a.shape[1:]), a.dtype))
+            rows = slice(len(status), len(status) + len(part))
+            for target, source in zip(whole._arrays(), part._arrays(), strict=True):
+                target[rows] = source
+            status += part.status
+        if whole is None:
+            raise InputError("no part of a history, expected at least one")
+        return dataclasses.replace(whole, status=tuple(status))
+
+    def _with_arrays(self, change: Callable[[Array], Array]) -> EstimateHistory:
+        """Return a copy with each array that has an entry per step changed."""
+        kept = self.covariances
+        arrays: dict[str, Any] = {name: change(getattr(self, name)) for name in PER_STEP}
+        return dataclasses.replace(
+            self,
+            **arrays,
+            covariances=kept and Covariances(change(kept.state), change(kept.innovation)),
+        )
+
+    def _arrays(self) -> list[Array]:
+        kept = self.covariances
+        full = [] if kept is None else [kept.state, kept.innovation]
+        return [*(getattr(self, name) for name in PER_STEP), *full]
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def __getitem__(self, rows: slice | NDArray[Any]) -> EstimateHistory:
+        """Return some steps: a slice, an array of their numbers, or of bools (n,)."""
+        if not isinstance(rows, slice | np.ndarray):
+            raise InputError(
+                f"a history was asked for [{rows!r}], expected a slice or an array: a step is "
+                "history[k : k + 1], one by its time is history.at(times)"
+            )
+        status = tuple(self.status[k] for k in np.arange(len(self))[rows])
+        return dataclasses.replace(self._with_arrays(lambda array: array[rows]), status=status)
+
+    def at(self, time_s: Array) -> EstimateHistory:
+        """Return the estimates at some of the instants, given exactly.
+
+        Raises
+        ------
+        InputError
+            If there is no estimate at one of them.
+        """
+        rows = np.minimum(np.searchsorted(self.time_s, time_s), len(self) - 1)
+        if (self.time_s[rows] != time_s).any():
+            missing = time_s[self.time_s[rows] != time_s][0]
+            raise InputError(f"no estimate at {missing:g} s, expected one of the run's instants")
+        return self[rows]
+
+    def between(self, start_s: float = -np.inf, end_s: float = np.inf) -> EstimateHistory:
+        """Return the estimates from one instant to another, both included.
+
+        An end before the start raises `InputError`.
+        """
+        if not start_s <= end_s:
+            raise InputError(f"from {start_s:g} s to {end_s:g} s, expected an end after the start")
+        return self[(self.time_s >= start_s) & (self.time_s <= end_s)]
+
+    @property
+    def covariance(self) -> Array:
+        """(n, n_x, n_x), of a run that kept its covariances; raises `InputError` otherwise."""
+        return self._kept().state
+
+    @property
+    def innovation_covariance(self) -> Array:
+        """(n, n_r, n_r), likewise."""
+        return self._kept().innovation
+
+    def _kept(self) -> Covariances:
+        if self.covariances is None:
+            raise InputError(
+                f"this history of {self.estimator} kept standard deviations only, expected full "
+                "covariances: ask for them with run(…, covariances=True) or "
+                "estimator.batch(…, covariances=True)"
+            )
+        return self.covariances
+
+    @property
+    def solved_fraction(self) -> float:
+        """Fraction of the steps whose status is solved, with or without remarks."""
+        return solved_fraction(self.status)
+
+    def column(self, state: str) -> Array:
+        """Return the estimates (n,) of one state by name."""
+        return self.mean[:, self.index(state)]
+
+    def index(self, state: str) -> int:
+        """Return which column of `mean` and `std` a state has; `InputError` for an unknown one."""
+        if state not in self.state_names:
+            raise unknown("state", state, self.state_names)
+        return self.state_names.index(state)
+
+    def errors(self, truth: Truth) -> Array:
+        """Return estimate minus truth (n, n_x), NaN for states that the truth does not name.
+
+        Raises
+        ------
+        InputError
+            If an estimate's instant is not among the truth's.
+        """
+        states = truth.states(self.state_names, self.time_s)
+        if self.difference is None:
+            return self.mean - states
+        # One call for all instants: CasADi takes a column for each.
+        return np.asarray(self.difference(self.mean.T, states.T).full().T)
+
+    def plot(
+        self,
+        states: Sequence[str] | None = None,
+        *,
+        truth: Truth | None = None,
+        others: Sequence[EstimateHistory] | Mapping[str, EstimateHistory] = (),
+    ) -> Figure:
+        """Draw states over time with their ± 2 σ; returns the figure.
+
+        Parameters
+        ----------
+        states : names, a panel each; None draws positions and angles, or the first states
+        truth : drawn where it names the state
+        others : histories to draw beside this one, by label or by their estimators' names
+        """
+        from estimation.history_plot import labelled, plot_histories
+
+        return plot_histories(labelled(self, others), states, truth=truth)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return a table: ``time_s``, the states, ``<state>_std``, ``status``, ``step_time_s``."""
+        import pandas as pd  # 0.3 s to import, which a live estimator has no use for
+
+        table = pd.DataFrame({"time_s": self.time_s})
+        table[list(self.state_names)] = self.mean
+        table[[f"{name}_std" for name in self.state_names]] = self.std
+        table["status"] = [status.label for status in self.status]
+        table["iterations"] = self.iterations.astype(int)
+        table["step_time_s"] = self.step_time_s
+        return table
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write the table of `to_pandas`, every digit of it."""
+        self.to_pandas().to_csv(path, index=False)
+
+    def __repr__(self) -> str:
+        from estimation.history_text import summary
+
+        return f"<EstimateHistory {summary(self)}>"
+
+    def _repr_html_(self) -> str:
+        from estimation.history_text import html
+
+        return html(self)

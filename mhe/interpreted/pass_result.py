@@ -1,0 +1,60 @@
+"""What the parts of a pass over a window leave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from estimation.kalman_stage import Prediction, Update
+from mhe.interpreted.active_set import Held
+from models.arrays import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Forward:
+    """What the forward pass leaves: one update per stage, one prediction between two."""
+
+    updates: list[Update]
+    predictions: list[Prediction]
+    noises: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """What the pass back leaves.
+
+    Parameters
+    ----------
+    d : (n, n_x) deviations of the linearised window's optimum from the trajectory
+    mu, w : (n_x,), (n - 1, n_w) multiplier of its prior, x_0 = x̄ ⊞ P̄ μ, and its noises
+    length : squared length of the step in whitened units, without the prior's part; NaN
+        where the pass is not finite
+    expected : (n, n_r) the optimum's residuals, in standard deviations of their noise, as the
+        linearised stages have them
+    oldest : where the pass ended; stages before this one have no new deviations, and their
+        noises are the window's
+    """
+
+    d: Array
+    mu: Array
+    w: Array
+    length: float
+    expected: Array
+    oldest: int
+
+
+@dataclass(frozen=True, eq=False)
+class Pass(Smoothed):
+    """Result of a pass over a window.
+
+    Parameters
+    ----------
+    newest : update of the newest stage
+    covariances : (n, n_x, n_x) P⁺ of the stages
+    held : rows that hold it, and their multipliers
+    row_std : (n, n_c) standard deviations of the rows
+    """
+
+    newest: Update
+    covariances: Array
+    held: Held
+    row_std: Array

@@ -1,0 +1,19 @@
+"""The table of studies: questions with tables of their own, which are no suites yet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+STUDIES: Mapping[str, str] = MappingProxyType(
+    {
+        "consistency": "suites.consistency.study",
+        "bad-starts": "suites.bad_starts.study",
+        "printed-cost": "suites.printed_cost.study",
+        "optimum": "suites.optimum.study",
+        "real-time": "suites.real_time.study",
+        "speed": "suites.speed.study",
+    }
+)
+"""Study → module that runs it. Under its name it is a command and keeps what it has found, see
+`benchmark.runner.kept`; ``speed`` is one of the command ``benchmark``."""

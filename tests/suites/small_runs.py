@@ -1,0 +1,165 @@
+"""Every suite and every study in small, in a process of its own for a test to end: NAME FOLDER."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+import typer
+
+from benchmark.runner.kept import journal_path
+from benchmark.runner.outcome_lines import NAME
+from benchmark.runner.run import Workers
+from benchmark.tasks.suite import Scope
+from benchmark.tasks.task import Task
+from commands import benchmark_run
+from commands.sentences import one_sentence
+from suites.bad_starts.study import run_bad_starts
+from suites.consistency.study import run_consistency
+from suites.optimum.study import run_optimum
+from suites.printed_cost.study import run_printed_cost
+from suites.real_time.study import run_real_time
+from suites.speed.problems import find_problem
+from suites.speed.study import run_speed
+from suites.speed.suite import StreamPlan
+from suites.table import find_suite
+
+JOBS = 2
+
+
+@dataclass(frozen=True)
+class SmallRun:
+    """A run, and what it writes.
+
+    Parameters
+    ----------
+    run : fills a folder
+    tasks : that it has
+    journal : a folder → the file that keeps what is finished
+    written : files in the folder that hold the results, times among them
+    reads_data : whether it needs the folder of real recordings
+    is_quick : whether two such runs belong into the quick tests
+    """
+
+    run: Callable[[Path], None]
+    tasks: int
+    journal: Callable[[Path], Path]
+    written: tuple[str, ...]
+    reads_data: bool = False
+    is_quick: bool = False
+
+
+def study(
+    name: str,
+    run: Callable[[Path], None],
+    tasks: int,
+    written: tuple[str, ...],
+    is_quick: bool = False,
+) -> SmallRun:
+    return SmallRun(run, tasks, lambda folder: journal_path(name, folder), written, False, is_quick)
+
+
+def suite(
+    name: str,
+    tasks: int,
+    chosen: Callable[[Task], bool] = lambda task: True,
+    data: str | None = None,
+) -> SmallRun:
+    """The last tasks of a suite; they are the quickest."""
+
+    def run(folder: Path) -> None:
+        scope = Scope(2, data)
+        some = [task for task in find_suite(name).tasks(scope) if chosen(task)][-tasks:]
+        benchmark_run.chosen_tasks = lambda suites, scope: some  # type: ignore[assignment]
+        benchmark_run.show_report = lambda folder: None  # type: ignore[assignment]
+        benchmark_run.run_benchmark([name], folder, scope, Workers(JOBS), "small")
+
+    return SmallRun(
+        run,
+        tasks,
+        lambda folder: folder / NAME,
+        ("results.parquet", "series.parquet"),
+        data is not None,
+    )
+
+
+def is_ekf(task: Task) -> bool:
+    return task.estimator == "ekf"
+
+
+def small_suites(data: str) -> dict[str, SmallRun]:
+    return {
+        "pen": suite("pen", 8, is_ekf),
+        "tilt": suite("tilt", 60),
+        "gyro-free": suite("gyro-free", 40),
+        "real": suite("real", 8, is_ekf, data),
+    }
+
+
+STUDIES: Mapping[str, SmallRun] = MappingProxyType(
+    {
+        "consistency": study(
+            "consistency",
+            lambda folder: run_consistency(
+                folder, "dpoint", ("accel", "gyro"), ("settled",), ("ekf",), 25, JOBS
+            ),
+            5,
+            (),
+        ),
+        "bad-starts": study(
+            "bad-starts",
+            lambda folder: run_bad_starts(folder, ("gesture-0.5",), ("ekf",), 50, JOBS),
+            5,
+            ("bad_starts.csv",),
+        ),
+        "printed-cost": study(
+            "printed-cost",
+            lambda folder: run_printed_cost(folder, (1.0,), (3, 4), 1.1),
+            10,
+            ("printed_cost.csv",),
+            is_quick=True,
+        ),
+        "optimum": study(
+            "optimum",
+            lambda folder: run_optimum(folder, 6, JOBS, 11),
+            6,
+            ("optimum.csv",),
+        ),
+        "real-time": study(
+            "real-time",
+            lambda folder: run_real_time(
+                folder, None, 50, horizons=(4,), thresholds=(0.5, math.inf)
+            ),
+            5,
+            ("real_time.json",),
+        ),
+        "speed": study(
+            "speed",
+            lambda folder: run_speed(
+                folder,
+                [find_problem("turntable_20"), find_problem("turntable_20_bounded")],
+                3,
+                StreamPlan(2, 1, 1),
+            ),
+            4,
+            ("speed.json", "problem_turntable_20.npz", "problem_turntable_20_bounded.npz"),
+        ),
+    }
+)
+
+
+def main() -> None:
+    name, folder, data = sys.argv[1:]
+    try:
+        with one_sentence():
+            {**small_suites(data), **STUDIES}[name].run(Path(folder))
+    except typer.Exit as ended:
+        sys.exit(ended.exit_code)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,171 @@
+"""Ctrl-C and SIGKILL of every suite and study half-way: nothing finished is lost."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmark.tasks.results import TIMING_COLUMNS
+from commands.study_commands import COMMANDS, SPEED
+from pen_mhe.rooms import ROOT
+from suites.studies import STUDIES
+from suites.table import MODULES
+from tests.suites import small_runs
+from tests.suites.small_runs import SmallRun
+
+DATA = os.environ.get("PEN_MHE_DATA", "")
+SMALL = {**small_runs.small_suites(DATA), **small_runs.STUDIES}
+WITHIN_S, ENDS_WITHIN_S = 200.0, 15.0
+"""Longest wait for half of a run; and for the end of one that was interrupted."""
+
+TIMES = {"median_s", "p99_s", "max_s", "build_s", "time_ratio", "deadlines"}
+"""Entries of written files that no two runs have alike."""
+
+
+def cases() -> list[Any]:
+    return [
+        pytest.param(name, marks=() if small.is_quick else pytest.mark.slow)
+        for name, small in SMALL.items()
+    ]
+
+
+def test_every_suite_and_study_has_a_small_run() -> None:
+    assert set(SMALL) == {*MODULES, *STUDIES}
+    assert {*STUDIES} - {SPEED} <= set(COMMANDS)
+
+
+def start(name: str, folder: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "tests.suites.small_runs", name, str(folder), DATA],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,  # a group of its own, all of which a terminal interrupts
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # also behind "&"
+    )
+
+
+def whole_lines(journal: Path) -> list[bytes]:
+    data = journal.read_bytes() if journal.exists() else b""
+    return [line for line in data.splitlines(keepends=True) if line.endswith(b"\n")]
+
+
+def wait_for_some(process: subprocess.Popen[str], small: SmallRun, folder: Path) -> None:
+    """Wait until some tasks are finished, but not all."""
+    until = time.monotonic() + WITHIN_S
+    while len(whole_lines(small.journal(folder))) < min(3, small.tasks // 2):
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < until
+        time.sleep(0.005)
+
+
+def check_alike(found: Any, expected: Any) -> None:
+    """Equal but for times; to nine digits, since OSQP adapts its steps by the clock."""
+    if isinstance(found, dict):
+        assert set(found) == set(expected)
+        for key in set(found) - TIMES:
+            check_alike(found[key], expected[key])
+    elif isinstance(found, list):
+        for one, other in zip(found, expected, strict=True):
+            check_alike(one, other)
+    elif isinstance(found, float):
+        assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    else:
+        assert found == expected
+
+
+def check_same(one: Path, other: Path) -> None:
+    """The same results, times aside."""
+    match one.suffix:
+        case ".parquet":
+            tables = [
+                pd.read_parquet(path).drop(columns=list(TIMING_COLUMNS), errors="ignore")
+                for path in (one, other)
+            ]
+            pd.testing.assert_frame_equal(*tables, check_exact=True)
+        case ".json":
+            check_alike(*(json.loads(path.read_text()) for path in (one, other)))
+        case ".npz":
+            with np.load(one) as found, np.load(other) as expected:
+                assert set(found) == set(expected)
+                for key in found:
+                    np.testing.assert_array_equal(found[key], expected[key])
+        case _:
+            assert one.read_bytes() == other.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Name → folder and output of a run that nothing ends early; each once."""
+    found: dict[str, tuple[Path, str]] = {}
+
+    def run(name: str) -> tuple[Path, str]:
+        if name not in found:
+            folder = tmp_path_factory.mktemp(name)
+            process = start(name, folder)
+            printed, errors = process.communicate(timeout=WITHIN_S)
+            assert process.returncode == 0, errors
+            found[name] = folder, printed
+        return found[name]
+
+    return run
+
+
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGKILL], ids=lambda ending: ending.name)
+@pytest.mark.parametrize("name", cases())
+def test_nothing_finished_is_lost(
+    name: str, ending: signal.Signals, tmp_path: Path, uninterrupted: Any
+) -> None:
+    small = SMALL[name]
+    if small.reads_data and not DATA:
+        pytest.skip("PEN_MHE_DATA is not set: no real recordings here")
+    journal = small.journal(tmp_path)
+    process = start(name, tmp_path)
+    try:
+        wait_for_some(process, small, tmp_path)
+        if ending == signal.SIGINT:
+            os.killpg(process.pid, ending)
+            errors = process.communicate(timeout=ENDS_WITHIN_S)[1]
+        else:
+            process.kill()
+            process.communicate(timeout=ENDS_WITHIN_S)
+    finally:
+        process.kill()
+    kept = whole_lines(journal)
+    assert 0 < len(kept) < small.tasks
+    if ending == signal.SIGINT:
+        assert errors == (
+            f"pen-mhe: interrupted after {len(kept)} tasks, which are kept; the same command "
+            "continues\n"
+        )
+        assert process.returncode == 2
+
+    again = start(name, tmp_path)
+    printed, errors = again.communicate(timeout=WITHIN_S)
+    assert again.returncode == 0, errors
+    said = f"{len(kept)} of {small.tasks} tasks are finished already"
+    rest = [line for line in printed.splitlines() if not line.startswith(said)]
+    assert len(rest) == len(printed.splitlines()) - 1
+    lines = whole_lines(journal)
+    assert lines[: len(kept)] == kept
+    tasks = Counter(json.dumps(json.loads(line)["task"]) for line in lines)
+    assert set(tasks.values()) == {1}  # none ran again
+    assert len(tasks) == small.tasks
+
+    folder, expected = uninterrupted(name)
+    for written in small.written:
+        check_same(tmp_path / written, folder / written)
+    if not small.written:
+        assert rest == expected.splitlines()

@@ -1,0 +1,140 @@
+"""README, docs and notebooks import from the front door or from the face of a room."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from models.lazy import face_table
+
+ROOT = Path(__file__).resolve().parent.parent
+ROOMS = {path.parent.name for path in ROOT.glob("*/py.typed")}
+FACES = {path.parent.name: face_table(path) for path in ROOT.glob("*/__init__.pyi")}
+PAGES = sorted(
+    [ROOT / "README.md"]
+    + [path for kind in ("*.md", "*.py") for path in (ROOT / "docs").rglob(kind)]
+    + list((ROOT / "notebooks").glob("*.ipynb"))
+)
+
+EXCEPTIONS: dict[str, frozenset[str]] = {
+    "01_the_model.ipynb": frozenset({"suites.printed_cost.run"}),
+    "03_the_turntable.ipynb": frozenset(
+        {
+            "benchmark.configurations",
+            "benchmark.figures.matplotlib_figure",
+            "benchmark.runner.run",
+            "benchmark.runner.tables",
+            "benchmark.tasks.suite",
+            "benchmark.verdicts.claims",
+            "benchmark.verdicts.judge",
+            "benchmark.verdicts.paired",
+            "suites.execute",
+            "suites.pen.turntable_starts",
+            "suites.table",
+        }
+    ),
+    "04_tilt_and_gyro_free.ipynb": frozenset(
+        {
+            "benchmark.figures.matplotlib_figure",
+            "benchmark.runner.run",
+            "benchmark.runner.tables",
+            "benchmark.tasks.suite",
+            "benchmark.verdicts.claims",
+            "benchmark.verdicts.judge",
+            "suites.execute",
+            "suites.gyro_free.cases",
+            "suites.gyro_free.gesture",
+            "suites.gyro_free.readings",
+            "suites.gyro_free.scores",
+            "suites.table",
+            "suites.tilt.cases",
+            "suites.tilt.samples",
+            "suites.tilt.scores",
+        }
+    ),
+    "05_ekf_against_mhe.ipynb": frozenset({"suites.bad_starts.cases", "suites.bad_starts.run"}),
+}
+"""Notebook → modules that it shows the benchmark by: rooms that are run, not imported from."""
+
+
+def code_of(path: Path) -> Iterator[str]:
+    """Yield the Python of a page."""
+    text = path.read_text("utf-8")
+    match path.suffix:
+        case ".py":
+            yield text
+        case ".md":
+            yield from re.findall(r"^```(?:python|py)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+        case ".ipynb":
+            for cell in json.loads(text)["cells"]:
+                if cell["cell_type"] == "code":
+                    lines = "".join(cell["source"]).splitlines()
+                    yield "\n".join(line for line in lines if not line.startswith(("%", "!")))
+
+
+def imports_past_the_door(source: str) -> set[str]:
+    """Return modules of the product that code imports from, faces and what they offer aside."""
+    past, doors = set(), {}
+    nodes = list(ast.walk(ast.parse(source)))
+    for node in nodes:
+        match node:
+            case ast.Import():
+                for alias in node.names:
+                    if alias.name in FACES:
+                        doors[alias.asname or alias.name] = alias.name
+                    else:
+                        past.add(alias.name)
+            case ast.ImportFrom(module=str(module)):
+                for alias in node.names:
+                    if alias.name not in FACES.get(module, ()):
+                        past.add(f"{module}.{alias.name}" if module in FACES else module)
+    for node in nodes:
+        match node:
+            case ast.Attribute(value=ast.Name(id=name)) if name in doors:
+                if node.attr not in FACES[doors[name]] and not node.attr.startswith("__"):
+                    past.add(f"{doors[name]}.{node.attr}")
+    return {module for module in past if module.split(".")[0] in ROOMS}
+
+
+def past_the_door(path: Path) -> set[str]:
+    """Return what a page imports past the door, as one program: an alias is for all cells."""
+    return imports_past_the_door("\n".join(code_of(path)))
+
+
+def test_every_kind_of_page_is_read() -> None:
+    assert {path.suffix for path in PAGES} == {".md", ".py", ".ipynb"}
+    assert all("import" in "\n".join(code_of(path)) for path in PAGES if path.suffix != ".md")
+    assert "import" in "\n".join(code_of(ROOT / "README.md"))
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+def test_pages_import_from_the_door_or_a_face(path: Path) -> None:
+    past = past_the_door(path) - EXCEPTIONS.get(path.name, frozenset())
+    assert not past, f"{path.name} imports {', '.join(sorted(past))}, expected a name of a face"
+
+
+@pytest.mark.parametrize("name", EXCEPTIONS)
+def test_exceptions_are_needed_and_not_of_rooms_with_a_face(name: str) -> None:
+    assert EXCEPTIONS[name] <= past_the_door(ROOT / "notebooks" / name)
+    assert not {module.split(".")[0] for module in EXCEPTIONS[name]} & set(FACES)
+
+
+@pytest.mark.parametrize(
+    ("source", "past"),
+    [
+        ("import pen_mhe as pm\npm.load_pen('reference')\nprint(pm.__version__)", set()),
+        ("from mhe import Mhe, MheConfig\nimport numpy.linalg", set()),
+        ("from mhe.config import MheConfig", {"mhe.config"}),
+        ("import mhe.config", {"mhe.config"}),
+        ("from mhe import realtime", {"mhe.realtime"}),
+        ("import pen_mhe as pm\npm.find_pen('reference')", {"pen_mhe.find_pen"}),
+        ("def f():\n    from suites.table import find_suite", {"suites.table"}),
+    ],
+)
+def test_imports_past_the_door_are_seen(source: str, past: set[str]) -> None:
+    assert imports_past_the_door(source) == past
