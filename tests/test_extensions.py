@@ -227,6 +227,7 @@ rate_hz = 50.0
 def house(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the rooms with all toys, and a pen file that has the sensor."""
     root = tmp_path_factory.mktemp("house")
+    shutil.copy(ROOT / "pyproject.toml", root)
     for room in rooms():
         shutil.copytree(
             ROOT / room, root / room, ignore=shutil.ignore_patterns("__pycache__", "*.pyc")

@@ -17,6 +17,7 @@ import pandas as pd
 import pytest
 
 from benchmark.tasks.results import TIMING_COLUMNS
+from commands.sentences import ExitCode
 from commands.study_commands import COMMANDS, SPEED
 from pen_mhe.rooms import ROOT
 from suites.studies import STUDIES
@@ -150,7 +151,7 @@ def test_nothing_finished_is_lost(
             f"pen-mhe: interrupted after {len(kept)} tasks, which are kept; the same command "
             "continues\n"
         )
-        assert process.returncode == 2
+        assert process.returncode == ExitCode.INTERRUPTED
 
     again = start(name, tmp_path)
     printed, errors = again.communicate(timeout=WITHIN_S)

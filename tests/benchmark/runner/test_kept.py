@@ -20,7 +20,7 @@ from filelock import FileLock
 
 from benchmark.runner.kept import Jobs, journal_path, kept_results
 from benchmark.runner.processes import AHEAD
-from models.errors import InputError
+from models.errors import InputError, Interrupted
 
 NAME = "squares"
 
@@ -46,9 +46,17 @@ def square(task: SquareTask) -> Square:
 
 
 def square_but(broken: int, task: SquareTask) -> Square:
-    """At one number break off, at all others take their time."""
+    """At one number break off, at later ones take their time once it has.
+
+    A process takes its time to begin: until then the other one would have done everything.
+    """
+    mark = task.notes.parent / "broken"
     if task.number == broken:
+        mark.touch()
         raise LookupError(f"nothing at {broken}")
+    until = time.monotonic() + 30.0
+    while task.number > broken and not mark.exists() and time.monotonic() < until:
+        time.sleep(0.01)
     time.sleep(0.2)
     return square(task)
 
@@ -171,7 +179,7 @@ def test_a_task_that_kills_its_processes_is_an_error(run: Any, tmp_path: Path) -
 )
 def test_an_interrupt_here_keeps_what_is_finished(run: Any, tmp_path: Path, function: Any) -> None:
     began = time.monotonic()
-    with pytest.raises(InputError) as raised:
+    with pytest.raises(Interrupted) as raised:
         run(partial(function, 2), range(5))
     assert str(raised.value) == (
         "interrupted after 2 tasks, which are kept; the same command continues"
@@ -194,7 +202,7 @@ def test_an_interrupt_waits_for_the_line_that_is_written(
         return dumps(*arguments, **options)
 
     monkeypatch.setattr(json, "dumps", interrupted)
-    with pytest.raises(InputError, match="interrupted after 1 tasks"):
+    with pytest.raises(Interrupted, match="interrupted after 1 tasks"):
         run(square, range(3))
     assert kept_numbers(tmp_path) == [0]
 
@@ -210,7 +218,7 @@ def test_an_interrupt_ends_what_still_runs(run: Any, tmp_path: Path) -> None:
 
     waiting = threading.Thread(target=interrupt_soon)
     waiting.start()
-    with pytest.raises(InputError, match="interrupted after 0 tasks"):
+    with pytest.raises(Interrupted, match="interrupted after 0 tasks"):
         run(note_and_sleep, range(6), 2)
     waiting.join()
     until = time.monotonic() + 10.0
