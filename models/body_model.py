@@ -1,14 +1,14 @@
 """From a moving body and its sensors to a state-space model.
 
-    x = (kinematic states, biases),   x_{k+1} = (A x + G w, b + walk √Δt w_b)
+    x = (kinematic states, biases),   x_{k+1} = (step(x, w, Δt), b + walk √Δt w_b)
 
-What a pen and a turntable have in common: choosing sensors by name, the bias
-states that these ask for, and a kinematic part that is linear in its states.
+What a pen and a turntable have in common: choosing sensors by name, and the bias
+states that these ask for.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy as np
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
-from models.manifold import additive_manifold, no_inequality
+from models.manifold import no_inequality
 from models.names import expected_one_of
 from models.sensor_kinds.reading import MovingBody
 from models.sensor_kinds.table import sensor_model
@@ -33,23 +33,29 @@ class Kinematics:
     Parameters
     ----------
     x : (n,) symbols of the states
-    names, units, is_angle : (n,) of the states; angles are wrapped
-    dt : symbol of the step, s
-    A, G : (n, n) expressions of `dt`: x_{k+1} = A x + G w, w ~ N(0, I)
-    mean, std : (n,) what is known before the first measurement
+    names, units : (n,) of the states
+    step : takes x (n,), unit noises w (n,) and Δt (s), all symbols; returns the next state
+    retract, difference : of the states' manifold, on symbols; see `models.state_space`
+    mean, covariance : (n,), (n, n) what is known before the first measurement
     regularity : expression of `x`, near zero where its coordinates are singular
     """
 
     x: ca.SX
     names: tuple[str, ...]
     units: tuple[str, ...]
-    is_angle: tuple[bool, ...]
-    dt: ca.SX
-    A: ca.SX
-    G: ca.SX
+    step: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]
+    retract: Callable[[ca.SX, ca.SX], ca.SX]
+    difference: Callable[[ca.SX, ca.SX], ca.SX]
     mean: Array
-    std: Array
+    covariance: Array
     regularity: ca.SX
+
+
+def linear_step(
+    transition: Callable[[ca.SX], ca.SX], factor: Callable[[ca.SX], ca.SX]
+) -> Callable[[ca.SX, ca.SX, ca.SX], ca.SX]:
+    """Return the step A(Δt) x + G(Δt) w."""
+    return lambda x, w, dt: ca.mtimes(transition(dt), x) + ca.mtimes(factor(dt), w)
 
 
 def choose_sensors(
@@ -91,8 +97,10 @@ def body_model(
     of_state = [bias for bias in biases.values() for _ in bias.names]
     units = kinematics.units + tuple(readable_unit(bias.unit) for bias in of_state)
     n_x, n_b = len(names), len(of_state)
-    retract, difference = additive_manifold([*kinematics.is_angle, *[False] * n_b])
-    std = np.concatenate([kinematics.std, [bias.std for bias in of_state]])
+    covariance = np.zeros((n_x, n_x))
+    covariance[: n_x - n_b, : n_x - n_b] = kinematics.covariance
+    covariance[n_x - n_b :, n_x - n_b :] = np.diag([bias.std**2 for bias in of_state])
+    retract, difference = _manifold(kinematics, n_b)
     return StateSpaceModel(
         name=name,
         state_names=names,
@@ -101,9 +109,7 @@ def body_model(
         sensors=tuple(
             sensor_model(key, sensor, body, x, symbols[key]) for key, sensor in sensors.items()
         ),
-        prior=GaussianState(
-            np.concatenate([kinematics.mean, np.zeros(n_b)]), np.diag(np.square(std))
-        ),
+        prior=GaussianState(np.concatenate([kinematics.mean, np.zeros(n_b)]), covariance),
         retract=retract,
         difference=difference,
         lower=np.full(n_x, -np.inf),
@@ -115,8 +121,20 @@ def body_model(
 
 def _transition(kinematics: Kinematics, walks: list[float]) -> ca.Function:
     """f(x, w, Δt): the kinematic part, and random walks on biases."""
-    n, dt = len(kinematics.names), kinematics.dt
+    n, dt = len(kinematics.names), ca.SX.sym("dt")
     x, w = ca.SX.sym("x", n + len(walks)), ca.SX.sym("w", n + len(walks))
-    moved = ca.mtimes(kinematics.A, x[:n]) + ca.mtimes(kinematics.G, w[:n])
+    moved = kinematics.step(x[:n], w[:n], dt)
     bias = x[n:] + ca.DM(walks) * ca.sqrt(dt) * w[n:]
     return ca.Function("f", [x, w, dt], [ca.vertcat(moved, bias)], ["x", "w", "dt"], ["x_next"])
+
+
+def _manifold(kinematics: Kinematics, n_b: int) -> tuple[ca.Function, ca.Function]:
+    """Return (retract, difference): that of the kinematic states, and biases added plainly."""
+    n = len(kinematics.names)
+    x, other, delta = (ca.SX.sym(name, n + n_b) for name in ("x", "other", "delta"))
+    moved = ca.vertcat(kinematics.retract(x[:n], delta[:n]), x[n:] + delta[n:])
+    away = ca.vertcat(kinematics.difference(x[:n], other[:n]), x[n:] - other[n:])
+    return (
+        ca.Function("retract", [x, delta], [moved], ["x", "delta"], ["x_moved"]),
+        ca.Function("difference", [x, other], [away], ["to", "from"], ["delta"]),
+    )

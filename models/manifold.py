@@ -20,14 +20,19 @@ def additive_manifold(wrapped: Sequence[bool]) -> tuple[ca.Function, ca.Function
     x, delta = ca.SX.sym("x", len(wrapped)), ca.SX.sym("delta", len(wrapped))
 
     def wrap(vector: ca.SX) -> ca.SX:
-        return ca.vertcat(
-            *(_principal(vector[i]) if angle else vector[i] for i, angle in enumerate(wrapped))
-        )
+        return wrapped_angles(vector, wrapped)
 
     retract = ca.Function("retract", [x, delta], [wrap(x + delta)], ["x", "delta"], ["x_moved"])
     other = ca.SX.sym("other", len(wrapped))
     difference = ca.Function("difference", [x, other], [wrap(x - other)], ["to", "from"], ["delta"])
     return retract, difference
+
+
+def wrapped_angles(vector: ca.SX, wrapped: Sequence[bool]) -> ca.SX:
+    """Return a vector (n,) with the components that are angles on the circle within (-π, π]."""
+    return ca.vertcat(
+        *(_principal(vector[i]) if angle else vector[i] for i, angle in enumerate(wrapped))
+    )
 
 
 def _principal(angle: ca.SX) -> ca.SX:

@@ -24,10 +24,11 @@ import numpy as np
 from pydantic import Field, PositiveFloat, ValidationInfo, field_validator
 
 from models.arrays import Array
-from models.body_model import Kinematics, body_model, choose_sensors
+from models.body_model import Kinematics, body_model, choose_sensors, linear_step
 from models.config import UnitConfig
 from models.heading import heading_symmetry
 from models.kinematics import RigidBody
+from models.manifold import wrapped_angles
 from models.paper import Paper, above_paper, check_paper
 from models.printed import PrintedBody, PrintedError, check_printed_pen
 from models.process_noise import constant_acceleration, white_jerk_factor
@@ -208,7 +209,7 @@ def _writing_area(config: PenConfig) -> dict[str, Any]:
 
 def _kinematics(config: PenConfig, q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX) -> Kinematics:
     """Constant acceleration per degree of freedom, driven by white jerk."""
-    n_q, noise, dt = config.degrees_of_freedom, config.process_noise, ca.SX.sym("dt")
+    n_q, noise = config.degrees_of_freedom, config.process_noise
     names, units = zip(*kinematic_states(n_q), strict=True)
     densities = ca.diag(
         ca.DM(
@@ -216,17 +217,20 @@ def _kinematics(config: PenConfig, q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX) -> Kin
             + [noise.angle_jerk_density_rad_s3_per_sqrt_hz] * (n_q - 3)
         )
     )
+    is_angle = tuple(3 <= i < n_q for i in range(len(names)))
     mean, std = _prior(config)
     return Kinematics(
         x=ca.vertcat(q, q_dot, q_ddot),
         names=names,
         units=units,
-        is_angle=tuple(3 <= i < n_q for i in range(len(names))),
-        dt=dt,
-        A=ca.kron(constant_acceleration(dt), ca.SX.eye(n_q)),
-        G=ca.kron(white_jerk_factor(dt), densities),
+        step=linear_step(
+            lambda dt: ca.kron(constant_acceleration(dt), ca.SX.eye(n_q)),
+            lambda dt: ca.kron(white_jerk_factor(dt), densities),
+        ),
+        retract=lambda x, d: wrapped_angles(x + d, is_angle),
+        difference=lambda to, of: wrapped_angles(to - of, is_angle),
         mean=mean,
-        std=std,
+        covariance=np.diag(np.square(std)),
         regularity=ca.cos(q[4]),
     )
 

@@ -35,9 +35,10 @@ import numpy as np
 from pydantic import Field, PositiveFloat, field_validator
 
 from models.arrays import Array
-from models.body_model import Kinematics, body_model, choose_sensors
+from models.body_model import Kinematics, body_model, choose_sensors, linear_step
 from models.config import UnitConfig
 from models.kinematics import RigidBody
+from models.manifold import wrapped_angles
 from models.pen_file import load_config
 from models.process_noise import constant_velocity, white_acceleration_factor
 from models.rotation import about_z
@@ -188,17 +189,21 @@ def turntable_model(
 
 def _kinematics(config: TurntableConfig, q: ca.SX, q_dot: ca.SX) -> Kinematics:
     """Constant rates, driven by white acceleration on both axes."""
-    dt, priors = ca.SX.sym("dt"), [axis.prior for axis in config.axes]
+    priors = [axis.prior for axis in config.axes]
     densities = ca.diag(ca.DM([config.acceleration_density(axis) for axis in config.axes]))
+    is_angle = (True, True, False, False)
+    std = [p.angle_std_rad for p in priors] + [p.rate_std_rad_s for p in priors]
     return Kinematics(
         x=ca.vertcat(q, q_dot),
         names=(*(f"{tilt}_rad" for tilt in TILTS), *(f"{tilt}_rate_rad_s" for tilt in TILTS)),
         units=("rad", "rad", "rad/s", "rad/s"),
-        is_angle=(True, True, False, False),
-        dt=dt,
-        A=ca.kron(constant_velocity(dt), ca.SX.eye(2)),
-        G=ca.kron(white_acceleration_factor(dt), densities),
+        step=linear_step(
+            lambda dt: ca.kron(constant_velocity(dt), ca.SX.eye(2)),
+            lambda dt: ca.kron(white_acceleration_factor(dt), densities),
+        ),
+        retract=lambda x, d: wrapped_angles(x + d, is_angle),
+        difference=lambda to, of: wrapped_angles(to - of, is_angle),
         mean=np.array([p.angle_rad for p in priors] + [p.rate_rad_s for p in priors]),
-        std=np.array([p.angle_std_rad for p in priors] + [p.rate_std_rad_s for p in priors]),
+        covariance=np.diag(np.square(std)),
         regularity=ca.cos(q[0]),
     )
