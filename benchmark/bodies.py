@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from estimation.recording import Recording
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from models.sensor_kinds.table import Sensor
 from models.state_space import StateSpaceModel

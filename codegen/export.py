@@ -15,15 +15,16 @@ from codegen.names import check_prefix
 from codegen.number_format import PRECISIONS, Precision
 from codegen.structures import StaticC
 from codegen.template import filled
-from estimation.loop import GENERATED, Loop, engine_sources, loop_constants, model_fields
+from estimation.loop import GENERATED, STAGES, Loop, engine_sources, loop_constants, model_fields
 from estimation.result import result_layout
 from estimation.root_stage import in_roots, root
+from models.names import unknown
 
 FORMS = {"double": "covariance", "float": "root"}
 """Precision → form of the Kalman stage: covariances do not last in single precision."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Export:
     """The C of an estimator.
 
@@ -44,6 +45,13 @@ class Export:
     source: str
     generated: str
 
+    def __repr__(self) -> str:
+        lines = sum(text.count("\n") for text in (self.header, self.source, self.generated))
+        return (
+            f"<{title(self.exported, self.precision, self.form)} "
+            f"{self.prefix}.h, {self.prefix}.c and {self.prefix}_model.c: {lines} lines>"
+        )
+
 
 def export_texts(
     exported: Exportable,
@@ -63,9 +71,13 @@ def export_texts(
     Raises
     ------
     InputError
-        If names of C cannot begin with the prefix.
+        If names of C cannot begin with the prefix, or `real` or `form` is unknown.
     """
     check_prefix(prefix)
+    if real not in PRECISIONS:
+        raise unknown("precision", real, PRECISIONS)
+    if form is not None and form not in STAGES:
+        raise unknown("form", form, STAGES)
     precision, form = PRECISIONS[real], form or FORMS[real]
     model, loop, start = exported.model, exported.loop, exported.start.copy()
     more: dict[str, Any] = {}

@@ -7,10 +7,10 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from benchmark.console import console, progress
+from benchmark.runner.interrupts import not_swallowed
 from commands.option_groups import fields_group, grouped
 from commands.options import PenOption, SensorsOption, WritingAreaOption, names
 from commands.options import units as read_units
@@ -21,7 +21,7 @@ from models.pen_file import load_pen
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 
 if TYPE_CHECKING:
-    from pen_mhe.estimate_run import EstimateRun
+    from pen_mhe.run_result import EstimateRun
     from recordings.thinning import CameraThinning
 
 EstimatorName = StrEnum("EstimatorName", {name: name for name in ESTIMATORS})  # type: ignore[misc]
@@ -96,13 +96,14 @@ def estimate(
 
     with one_sentence():
         check_options(estimator.value, settings)
+        _check_apart(source.recording, written)
         prepare_output(written.output)
         if written.figure is not None:
             prepare_output(written.figure, FIGURE_SUFFIXES)
         pen = load_pen(source.pen)
         loaded = read_written(source.recording, pen, units=read_units(source.units))
         thinning = part.thinning()
-        with progress(estimator.value) as start:
+        with progress(estimator.value) as start, not_swallowed():
             result = estimate_recording(
                 loaded,
                 pen,
@@ -122,42 +123,19 @@ def estimate(
         _report(result, written.output)
 
 
-def _report(result: EstimateRun, output: Path) -> None:
-    history, steps_ms = result.history, result.history.step_time_s * 1e3
-    console.print(f"{len(result.output)} samples, {len(history)} steps, written to {output}")
-    console.print(f"solved {history.solved_fraction:.2%} of the steps")
-    remarks = [status for status in history.status if status.label != "solved"]
-    for status in dict.fromkeys(remarks):
-        console.print(f"{remarks.count(status)} × {status.label}: {status.sentence}")
-    console.print(
-        f"step time: median {np.median(steps_ms):.3g} ms, p99 {np.quantile(steps_ms, 0.99):.3g} ms"
-    )
-    if result.zero_delay:
-        console.print(
-            f"zero delay: readings of {', '.join(result.zero_delay)} are used at the instant of "
-            "their stamp, taken as that of capture; figures do not compare with causal ones"
-        )
-    if result.left_out is not None:
-        errors = ", ".join(
-            _in_readable_unit(unit, rms) for unit, rms in result.left_out.rms.items()
-        )
-        console.print(f"RMS error against {result.left_out.frames} frames left out: {errors}")
-    if result.true_rms:
-        errors = ", ".join(
-            f"{column} {value:.4g}" if isinstance(value, float) else f"{column} {value}"
-            for column, value in result.true_rms.items()
-        )
-        console.print(f"RMS error against the truth: {errors}")
-    for name, found in (("NIS of the innovations", result.nis), ("NEES", result.nees)):
-        if found is not None:
-            console.print(
-                f"{name}: mean {found.mean:.4g}, expected {found.expected:.4g} "
-                f"(95 % of consistent runs: {found.lower:.4g} to {found.upper:.4g}, "
-                "if instants were independent)"
+def _check_apart(recording: Path, written: Written) -> None:
+    """Raise `InputError` where the recording itself would be written over."""
+    own = recording.glob("*") if recording.is_dir() else (recording,)
+    taken = {path.resolve() for path in own}
+    for path in (written.output, written.figure):
+        if path is not None and path.resolve() in taken:
+            raise InputError(
+                f"output {path} is the recording itself, expected another file: it would be lost"
             )
-    if result.ink is not None:
-        console.print(f"mean ink distance: {result.ink.mean_distance_mm:.4f} mm")
 
 
-def _in_readable_unit(unit: str, value: float) -> str:
-    return f"{value * 1e3:.3f} mm" if unit == "m" else f"{np.degrees(value):.3f}°"
+def _report(result: EstimateRun, output: Path) -> None:
+    samples = f"{len(result.output)} samples, {len(result.history)} steps"
+    console.print(f"{samples}, written to {output}")
+    for sentence in result.sentences():
+        console.print(sentence)

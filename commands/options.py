@@ -23,12 +23,6 @@ SensorsOption = Annotated[
         autocompletion=complete_sensors,
     ),
 ]
-EstimatorOption = Annotated[
-    str, typer.Option(help="One of {estimators}.", autocompletion=completing("estimators"))
-]
-ArrivalCostOption = Annotated[
-    str, typer.Option(help="One of {arrival_costs}.", autocompletion=completing("arrival_costs"))
-]
 WritingAreaOption = Annotated[
     bool,
     typer.Option(help="Where no sensor sees a position, hold the tip to the writing area."),

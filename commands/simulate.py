@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from benchmark.runner.interrupts import not_swallowed
 from commands.lists import completing
 from commands.options import PenOption, SensorsOption, names
 from commands.sentences import one_sentence
@@ -31,13 +32,12 @@ def simulate(
     ] = "capture",
 ) -> None:
     """Write a simulated recording, with its truth in columns true_…"""
-    # Models and tables are slow to import.
     from benchmark.console import console
     from models.pen_file import load_pen
     from recordings import simulate_pen
     from recordings.formats.tables import prepare_output, recording_to_table, write_table
 
-    with one_sentence():
+    with one_sentence(), not_swallowed():
         prepare_output(output)
         config = load_pen(pen)
         recording = simulate_pen.simulate(

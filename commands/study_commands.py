@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from benchmark.runner.interrupts import not_swallowed
 from commands.lists import LISTS, complete_sensors, completing_several
 from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
@@ -124,9 +125,9 @@ def observe(
     duration: Annotated[float, typer.Option(help="Of each motion, s.")] = 3.0,
 ) -> None:
     """Say what a choice of sensors can see, and what it cannot, in words of the state."""
-    from commands import observe_run  # models are slow to import
+    with one_sentence(), not_swallowed():
+        from commands import observe_run  # models are slow to import
 
-    with one_sentence():
         observe_run.run_observe(pen, names(sensors), writing_area, duration)
 
 

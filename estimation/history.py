@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.covariances import Covariances
+from estimation.history_rows import check_rows
 from estimation.recording import Truth
 from estimation.status import Status, solved_fraction
 from models.arrays import Array
@@ -88,7 +89,7 @@ class EstimateHistory:
         n_steps : of all parts together; known beforehand, parts are copied into the whole as
             they come, and no two of them need be there at once
 
-        Without any part it raises `InputError`.
+        Without any part, or with another number of steps, it raises `InputError`.
         """
         if n_steps is None:
             parts = list(parts)
@@ -102,6 +103,8 @@ class EstimateHistory:
             status += part.status
         if whole is None:
             raise InputError("no part of a history, expected at least one")
+        if len(status) != n_steps:
+            raise InputError(f"parts of {len(status)} steps in all, expected {n_steps}")
         return dataclasses.replace(whole, status=tuple(status))
 
     def _with_arrays(self, change: Callable[[Array], Array]) -> EstimateHistory:
@@ -124,11 +127,7 @@ class EstimateHistory:
 
     def __getitem__(self, rows: slice | NDArray[Any]) -> EstimateHistory:
         """Return some steps: a slice, an array of their numbers, or of bools (n,)."""
-        if not isinstance(rows, slice | np.ndarray):
-            raise InputError(
-                f"a history was asked for [{rows!r}], expected a slice or an array: a step is "
-                "history[k : k + 1], one by its time is history.at(times)"
-            )
+        check_rows(rows, len(self))
         status = tuple(self.status[k] for k in np.arange(len(self))[rows])
         return dataclasses.replace(self._with_arrays(lambda array: array[rows]), status=status)
 
@@ -140,11 +139,12 @@ class EstimateHistory:
         InputError
             If there is no estimate at one of them.
         """
-        rows = np.minimum(np.searchsorted(self.time_s, time_s), len(self) - 1)
-        if (self.time_s[rows] != time_s).any():
-            missing = time_s[self.time_s[rows] != time_s][0]
+        time_s = np.atleast_1d(np.asarray(time_s, dtype=float))
+        there = np.isin(time_s, self.time_s)
+        if not there.all():
+            missing = time_s[~there][0]
             raise InputError(f"no estimate at {missing:g} s, expected one of the run's instants")
-        return self[rows]
+        return self[np.searchsorted(self.time_s, time_s)]
 
     def between(self, start_s: float = -np.inf, end_s: float = np.inf) -> EstimateHistory:
         """Return the estimates from one instant to another, both included.
@@ -198,7 +198,7 @@ class EstimateHistory:
             If an estimate's instant is not among the truth's.
         """
         states = truth.states(self.state_names, self.time_s)
-        if self.difference is None:
+        if self.difference is None or not len(self):  # CasADi makes one column of none
             return self.mean - states
         # One call for all instants: CasADi takes a column for each.
         return np.asarray(self.difference(self.mean.T, states.T).full().T)

@@ -12,7 +12,7 @@ from estimation.history_view import HistoryView
 from estimation.recording import Truth
 from models.arrays import Array
 from models.errors import InputError
-from models.names import unknown
+from models.names import several, unknown
 from models.units import shown, split_unit
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def plot_histories(
     if not histories:
         raise InputError("no history to draw, expected at least one")
     known = list(dict.fromkeys(name for h in histories.values() for name in h.state_names))
-    chosen = drawn_states(known) if states is None else list(states)
+    chosen = drawn_states(known) if states is None else list(several(states))
     for state in chosen:
         if state not in known:
             raise unknown("state", state, known)

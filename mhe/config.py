@@ -12,12 +12,19 @@ from mhe.loss import LEAST_SQUARES
 from mhe.scheme import MAX_ITERATIONS, TOLERANCE, Scheme
 from models.arrays import Array
 from models.errors import InputError
+from models.frozen_mapping import FrozenMapping
 from models.names import expected_one_of, unknown
 
 HESSIANS = ("gauss-newton", "exact")
 
 Clock = Callable[[], float]
 """Seconds that only grow; any origin."""
+
+
+def check_count(name: str, value: object, least: int) -> None:
+    """Raise `InputError` unless a setting is a whole number that is large enough."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise InputError(f"{name} is {value!r}, expected a whole number of at least {least}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +57,10 @@ class WindowConfig:
     deadline_s: float | None = None
 
     def __post_init__(self) -> None:
-        if self.horizon < 1:
-            raise InputError(f"horizon is {self.horizon}, expected at least 1 interval")
+        check_count("horizon", self.horizon, 1)
+        if not isinstance(self.huber, Mapping):
+            raise InputError(f"huber is {self.huber!r}, expected sensor → threshold")
+        object.__setattr__(self, "huber", FrozenMapping(self.huber))
         if self.arrival_cost not in ARRIVAL_COSTS:
             raise unknown("arrival cost", self.arrival_cost, ARRIVAL_COSTS)
         for name, threshold in (*self.huber.items(), ("sparse_noise", self.sparse_noise)):
@@ -111,8 +120,7 @@ class ConvergedConfig(WindowConfig):
         super().__post_init__()
         if not self.tolerance > 0:
             raise InputError(f"tolerance is {self.tolerance}, expected a positive number")
-        if self.max_iterations < 0:
-            raise InputError(f"max_iterations is {self.max_iterations}, expected at least 0")
+        check_count("max_iterations", self.max_iterations, 0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 A Gauss-Newton step of the window problem (`mhe.reference.window`) is a pass of the EKF's own stage
 over the window, linearised at the current trajectory, and a smoother's pass back
-(`mhe.stage_functions`). Both run in compiled C, mhe/*.c; without a compiler the same
+(`mhe.stage_functions`). Both run in compiled C, mhe/compiled/*.c; without a compiler the same
 stages run in CasADi's virtual machine (`mhe.interpreted.loop`).
 
 ``mhe-rti`` makes one pass per sample and takes its full step. ``mhe`` makes passes until a

@@ -7,8 +7,8 @@ from models.motions import MotionConfig as MotionConfig
 from models.motions import motion_named as motion_named
 from models.own_models import OwnSensor as OwnSensor
 from models.own_models import own_model as own_model
-from models.pen import PenConfig as PenConfig
 from models.pen import pen_model as pen_model
+from models.pen_config import PenConfig as PenConfig
 from models.pen_file import load_pen as load_pen
 from models.pen_file import parse_pen as parse_pen
 from models.pen_file import presets as presets

@@ -19,7 +19,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.manifold import no_inequality
-from models.names import expected_one_of
+from models.names import expected_one_of, several
 from models.sensor_kinds.reading import MovingBody
 from models.sensor_kinds.table import sensor_model
 from models.state_space import StateSpaceModel
@@ -68,7 +68,7 @@ def choose_sensors(
     InputError
         If a name is unknown or appears twice; `of` says what they are mounted on.
     """
-    names = tuple(available) if sensors is None else tuple(sensors)
+    names = tuple(available) if sensors is None else several(sensors)
     for name in names:
         if name not in available:
             raise InputError(

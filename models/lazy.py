@@ -50,7 +50,8 @@ def lazy_face(package: str, file: str) -> Face:
         return found
 
     def names() -> list[str]:
-        return sorted({*vars(sys.modules[package]), *table})
+        own = vars(sys.modules[package])
+        return sorted({*table, *(name for name in own if name.startswith("__"))})
 
     return Face(get, names, sorted(name for name in table if not name.startswith("_")))
 

@@ -53,3 +53,8 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 def _shares_an_end(one: str, other: str) -> bool:
     short, long = sorted((one, other), key=len)
     return len(short) >= 2 and (long.startswith(short) or long.endswith(short))
+
+
+def several(names: Iterable[str]) -> tuple[str, ...]:
+    """Return names as a tuple; a text alone is one name, not its letters."""
+    return (names,) if isinstance(names, str) else tuple(names)

@@ -68,7 +68,7 @@ def check_paper(
     Parameters
     ----------
     paper : the pen's, if it has one
-    bounds, sensors : fields of `models.pen.PenConfig`
+    bounds, sensors : fields of `models.pen_config.PenConfig`
     """
     if paper is None:
         return

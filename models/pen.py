@@ -15,116 +15,29 @@ References
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, Literal
+from collections.abc import Iterable
+from typing import Any
 
 import casadi as ca
 import numpy as np
-from pydantic import Field, PositiveFloat, ValidationInfo, field_validator
 
 from models.arrays import Array
 from models.body_model import Kinematics, body_model, choose_sensors, linear_step
-from models.config import UnitConfig
 from models.heading import heading_symmetry
 from models.kinematics import RigidBody
 from models.manifold import wrapped_angles
-from models.paper import Paper, above_paper, check_paper
-from models.printed import PrintedBody, PrintedError, check_printed_pen
+from models.paper import above_paper
+from models.pen_config import PenConfig
+from models.pen_file import AnyPen, as_pen
+from models.printed import PrintedBody
 from models.process_noise import constant_acceleration, white_jerk_factor
 from models.rotation import world_to_body
-from models.sensor_kinds.mounted import Vector3
 from models.sensor_kinds.reading import MovingBody
-from models.sensor_kinds.table import Sensor
 from models.sensor_kinds.writing_area import WritingArea
 from models.state_space import StateSpaceModel
 
-UNIFORM_ANGLE_STD_RAD = math.pi / math.sqrt(3)
-"""Standard deviation of an angle of which nothing is known."""
-
 _TIP = ("tip_x", "tip_y", "tip_z")
 _ANGLES = ("azimuth", "elevation", "spin")
-
-
-Limit = Annotated[float, Field(allow_inf_nan=True)]
-"""A bound in a pen file; inf leaves that side open, NaN is refused by the model."""
-
-
-class ProcessNoise(UnitConfig):
-    """Square roots of the spectral densities of white jerk.
-
-    Larger follows faster strokes and smooths less.
-    """
-
-    tip_jerk_density_m_s3_per_sqrt_hz: PositiveFloat = 100.0
-    angle_jerk_density_rad_s3_per_sqrt_hz: PositiveFloat = 1000.0
-
-
-class Prior(UnitConfig):
-    """What is known of the pen before its first measurement: means and standard deviations.
-
-    Velocities and accelerations have mean zero.
-    """
-
-    tip_m: Vector3 = (0.0, 0.0, 0.0)
-    tip_std_m: PositiveFloat = 0.3
-    azimuth_rad: float = 0.0
-    azimuth_std_rad: PositiveFloat = UNIFORM_ANGLE_STD_RAD
-    elevation_rad: float = 0.9
-    elevation_std_rad: PositiveFloat = 0.4
-    spin_rad: float = 0.0
-    spin_std_rad: PositiveFloat = UNIFORM_ANGLE_STD_RAD
-    velocity_std_m_s: PositiveFloat = 0.2
-    angle_rate_std_rad_s: PositiveFloat = 1.0
-    acceleration_std_m_s2: PositiveFloat = 3.0
-    angle_acceleration_std_rad_s2: PositiveFloat = 20.0
-
-
-class PenConfig(UnitConfig):
-    """A pen with its sensors, as written in a pen file.
-
-    A file may say ``pen_mhe_version`` besides, see `models.pen_file`.
-
-    Parameters
-    ----------
-    name : for people
-    degrees_of_freedom : 5 (no spin) or 6
-    gravity_m_s2 : local gravity
-    reach_m : standard deviation of the tip's position from which its estimate says nothing;
-        a status then says so; smaller warns earlier
-    fixed_spin_rad : the constant spin of a pen with five degrees of freedom
-    sensors : by name
-    bounds : state name → (lower, upper), in the state's unit
-    printed_errors : errors of [Pen] that this pen's accelerometers make, for comparison;
-        none is the rigid body, all are the paper's (4)-(6), see `models.printed`
-    paper : what the tip may not pass, see `models.paper`; None leaves it free
-    """
-
-    name: str
-    degrees_of_freedom: Literal[5, 6] = 6
-    gravity_m_s2: PositiveFloat = 9.81
-    reach_m: PositiveFloat = 2.0
-    fixed_spin_rad: float = 0.0
-    process_noise: ProcessNoise = ProcessNoise()
-    prior: Prior = Prior()
-    bounds: Mapping[str, tuple[Limit, Limit]] = Field(default_factory=dict)
-    sensors: Annotated[Mapping[str, Sensor], Field(min_length=1)]
-    printed_errors: tuple[PrintedError, ...] = ()
-    paper: Paper | None = None
-
-    @field_validator("printed_errors")
-    @classmethod
-    def _fit_the_printed_pen(
-        cls, errors: tuple[PrintedError, ...], info: ValidationInfo
-    ) -> tuple[PrintedError, ...]:
-        check_printed_pen(errors, **info.data)
-        return errors
-
-    @field_validator("paper")
-    @classmethod
-    def _fits_bounds_and_sensors(cls, paper: Paper | None, info: ValidationInfo) -> Paper | None:
-        check_paper(paper, **info.data)
-        return paper
 
 
 def kinematic_states(degrees_of_freedom: int) -> tuple[tuple[str, str], ...]:
@@ -156,13 +69,13 @@ def moving_pen(config: PenConfig, q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX) -> Movi
 
 
 def pen_model(
-    config: PenConfig, sensors: Iterable[str] | None = None, *, writing_area: bool = True
+    pen: AnyPen, sensors: Iterable[str] | None = None, *, writing_area: bool = True
 ) -> StateSpaceModel:
     """Build the state-space model of a pen with some or all of its sensors.
 
     Parameters
     ----------
-    config : the pen
+    pen : a pen, the name of a bundled one, or the path of a pen file
     sensors : names from the pen file, in the order to stack them; None takes all
     writing_area : adds the pen's writing area where none of the sensors sees a position;
         False takes the sensors as they are, so position and tilt may drift without bound
@@ -172,6 +85,7 @@ def pen_model(
     InputError
         If a sensor or a bound is unknown; the message lists the known names.
     """
+    config = as_pen(pen)
     chosen = choose_sensors(config.sensors, sensors, f"pen {config.name}")
     if writing_area and not any(sensor.sees_position for sensor in chosen.values()):
         chosen |= _writing_area(config)

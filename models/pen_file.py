@@ -19,7 +19,7 @@ from models.bundled import bundled_pens as bundled_pens  # people look for it he
 from models.config import UnitConfig
 from models.errors import InputError
 from models.names import did_you_mean, expected_one_of
-from models.pen import PenConfig
+from models.pen_config import PenConfig
 from models.sensor_kinds.table import SENSOR_KINDS
 from models.version import VERSION_KEY, check_version
 

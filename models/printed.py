@@ -189,7 +189,7 @@ def check_printed_pen(
     Parameters
     ----------
     errors : those that it is to make
-    degrees_of_freedom, fixed_spin_rad, sensors : fields of `models.pen.PenConfig`
+    degrees_of_freedom, fixed_spin_rad, sensors : fields of `models.pen_config.PenConfig`
     """
     if len(set(errors)) < len(errors):
         raise ValueError(f"expected each error once, got {', '.join(errors)}")

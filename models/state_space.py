@@ -24,7 +24,7 @@ from models.feasibility import Constraints, check_feasible
 from models.gaussian import GaussianState
 from models.model_checks import check_bound, check_conditions, check_needs, check_prior, check_sizes
 from models.model_text import model_html, model_text
-from models.names import did_you_mean
+from models.names import did_you_mean, several
 from models.sensor_model import SensorModel
 
 
@@ -226,7 +226,7 @@ class StateSpaceModel:
         added = ca.vertcat(inequality(x))
         rows = ca.vertcat(self.inequality(x), added)
         g = ca.Function("inequality", [x], [rows], ["x"], ["g"])
-        names = (needs,) if isinstance(needs, str) else tuple(needs or ())
+        names = several(needs or ())
         check_needs(self.name, self.reading_names, names)
         needed, conditions = np.isin(self.reading_names, names), self.conditions
         if conditions is not None or needed.any():

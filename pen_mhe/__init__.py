@@ -14,7 +14,7 @@ One symbolic model, several estimators: a Kalman filter (``ekf``) and moving-hor
         name: pm.run(pm.create_estimator(name, model), recording) for name in ("ekf", "mhe")
     }
     compared = pm.compare(histories, recording.truth)
-    print(compared.table.T)  # errors, claimed deviations, times; compared.figure draws them
+    print(compared)  # errors, claimed deviations, times; compared.table, compared.figure
 
     table = histories["mhe"].to_pandas()  # a row per instant: states, deviations, status
     print(table[["time_s", "tip_x_m", "tip_x_m_std", "status"]].tail())

@@ -9,6 +9,8 @@ from estimation.recording import Recording as Recording
 from estimation.recording import Truth as Truth
 from estimation.status import Status as Status
 from mhe.config import MheConfig as MheConfig
+from mhe.config import MheIpoptConfig as MheIpoptConfig
+from mhe.config import MheRtiConfig as MheRtiConfig
 from mhe.realtime import Mhe as Mhe
 from mhe.realtime import MheRti as MheRti
 from mhe.reference.ipopt import MheIpopt as MheIpopt
@@ -17,8 +19,8 @@ from models.errors import InputError as InputError
 from models.gaussian import GaussianState as GaussianState
 from models.own_models import OwnSensor as OwnSensor
 from models.own_models import own_model as own_model
-from models.pen import PenConfig as PenConfig
 from models.pen import pen_model as pen_model
+from models.pen_config import PenConfig as PenConfig
 from models.pen_file import load_pen as load_pen
 from models.state_space import StateSpaceModel as StateSpaceModel
 from models.turntable import turntable_model as turntable_model
@@ -34,3 +36,4 @@ from pen_mhe.version import __version__ as __version__
 from recordings.read import read_recording as read_recording
 from recordings.simulate_pen import simulate as simulate
 from recordings.simulate_pen import simulate_model as simulate_model
+from recordings.thinning import CameraThinning as CameraThinning

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,70 +13,21 @@ from estimation.estimate import EstimateHistory
 from estimation.estimator import run
 from estimation.recording import Recording
 from models.errors import InputError
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, seen_only, state_errors
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, create_estimator
+from pen_mhe.run_result import EstimateRun
 from pen_mhe.sensor_verdict import judge
-from recordings.ink import InkMatch, ink_match
+from recordings.ink import ink_match
 from recordings.read import read_written
-from recordings.thinning import CameraThinning, LeftOutError, left_out_error, thinned
+from recordings.thinning import CameraThinning, left_out_error, thinned
 from recordings.written import WrittenRecording
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class EstimateRun:
-    """What came out of one run; prints itself as a few sentences.
-
-    Parameters
-    ----------
-    history : one estimate per instant, camera instants included
-    output : one estimate per sample of the fastest sensor, the IMU
-    left_out : error against the camera frames that were left out
-    true_rms : RMS errors against the truth, where the recording has it, or that a column
-        is not observable
-    nis, nees : consistency of innovations, and of errors where the truth of every state is
-        known; None where there is nothing to judge by
-    ink : the path laid over the ink, where there is a scan
-    zero_delay : sensors whose readings were used at their capture in spite of a delay
-    """
-
-    model: StateSpaceModel
-    used: Recording
-    history: EstimateHistory
-    output: EstimateHistory
-    left_out: LeftOutError | None
-    true_rms: dict[str, float | str]
-    nis: Consistency | None
-    nees: Consistency | None
-    ink: InkMatch | None
-    zero_delay: tuple[str, ...]
-
-    def __repr__(self) -> str:
-        history = self.history
-        lines = [
-            f"{history.estimator} on {self.used.name}: {len(history)} steps, "
-            f"{history.solved_fraction:.2%} solved"
-        ]
-        if self.true_rms:
-            errors = (
-                f"{column} {value:.4g}" if isinstance(value, float) else f"{column} {value}"
-                for column, value in self.true_rms.items()
-            )
-            lines.append(f"RMS error against the truth: {', '.join(errors)}")
-        if self.ink is not None:
-            lines.append(f"mean ink distance: {self.ink.mean_distance_mm:.4f} mm")
-        return "\n".join(lines)
-
-    def plot(self) -> Figure:
-        """Draw the tip's path, over the ink where there is a scan, angles and step times."""
-        from pen_mhe.figures import estimate_figure  # slow to import
-
-        return estimate_figure(self.output, self.ink, truth=self.used.truth)
+    pass
 
 
 def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ import numpy as np
 from estimation.observability import Verdict, verdict
 from estimation.recording import Recording
 from models.errors import InputError
+from models.names import several
 from models.pen import pen_model
 from models.pen_file import AnyPen, as_pen
 from models.state_space import StateSpaceModel
@@ -103,6 +104,6 @@ def observe(
         model,
         {
             motion: judge(model, simulate(config, measured, motion=motion, duration_s=duration_s))
-            for motion in motions
+            for motion in several(motions)
         },
     )

@@ -32,7 +32,7 @@ import numpy as np
 from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
-from models.pen import PenConfig
+from models.pen_config import PenConfig
 from models.sensor_kinds.mounted import SensorBase
 from models.units import UNITS
 

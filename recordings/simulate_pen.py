@@ -12,7 +12,8 @@ from models.arrays import Array
 from models.errors import InputError
 from models.motions import MotionConfig, sample_motion
 from models.names import expected_one_of, unknown
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
 from models.random_streams import seed_sequence, stream
 from models.simulation import (

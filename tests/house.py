@@ -44,6 +44,11 @@ def imported(code: ast.AST, known: set[str]) -> set[str]:
                 names.update(inside)
                 if len(inside) < len(node.names):
                     names.add(module)
+            case ast.Call(
+                func=ast.Attribute(attr="import_module") | ast.Name(id="import_module"),
+                args=[ast.Constant(value=str(module)), *_],
+            ):
+                names.add(module)
     return names & known
 
 

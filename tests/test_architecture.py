@@ -48,7 +48,7 @@ def test_no_circle_of_files() -> None:
 
 
 def test_a_circle_would_be_found() -> None:
-    code = ast.parse("def f():\n    from models.pen import PenConfig\n    from mhe import config")
+    code = ast.parse("def f():\n    from models.pen import pen_model\n    from mhe import config")
     assert imported(code, set(modules())) == {"models.pen", "mhe.config"}
     closed = imports() | {"models.errors": {"models.pen"}}
     with pytest.raises(graphlib.CycleError):

@@ -113,7 +113,7 @@ def test_references_resolve(module: str) -> None:
 
 
 def test_a_wrong_reference_would_be_found() -> None:
-    assert resolves("models.pen.PenConfig.sensors")
+    assert resolves("models.pen_config.PenConfig.sensors")
     assert resolves("estimation.status")
     assert not resolves("estimation.engine.Engine")
     assert not resolves("suites.table.SUITES")

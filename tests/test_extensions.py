@@ -60,7 +60,7 @@ from types import MappingProxyType
 import numpy as np
 
 from estimation.recording import Recording
-from models.pen import PenConfig
+from models.pen_config import PenConfig
 from recordings.written import WrittenRecording
 
 

@@ -44,7 +44,10 @@ def imported_rooms(source: str, package: str) -> set[str]:
                 names.update(alias.name.split(".")[0] for alias in node.names)
             case ast.ImportFrom():
                 names.add(package if node.level else (node.module or "").split(".")[0])
-            case ast.Call(func=ast.Attribute(attr="import_module") | ast.Name(id="__import__")):
+            case ast.Call(
+                func=ast.Attribute(attr="import_module")
+                | ast.Name(id="__import__" | "import_module")
+            ):
                 names.update(
                     str(argument.value).split(".")[0]
                     for argument in node.args
@@ -61,8 +64,11 @@ def test_imports_follow_the_arrows(path: Path) -> None:
 
 
 def test_imports_inside_functions_are_seen() -> None:
-    source = "def f():\n    from mhe.config import x\n    importlib.import_module('recordings.ink')"
-    assert imported_rooms(source, "models") == {"mhe", "recordings"}
+    source = (
+        "def f():\n    from mhe.config import x\n    importlib.import_module('recordings.ink')\n"
+        "    import_module('suites.pen')"
+    )
+    assert imported_rooms(source, "models") == {"mhe", "recordings", "suites"}
 
 
 def test_every_room_has_a_row() -> None:

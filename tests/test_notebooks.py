@@ -9,7 +9,7 @@ import pytest
 nbformat = pytest.importorskip("nbformat", reason="the extra [notebooks] is not installed")
 nbclient = pytest.importorskip("nbclient", reason="the extra [notebooks] is not installed")
 
-LONG = ("02_your_own_recording", "04_tilt_and_gyro_free", "05_ekf_against_mhe")
+LONG = ("02_your_own_recording", "03_the_turntable", "04_tilt_and_gyro_free", "05_ekf_against_mhe")
 NOTEBOOKS = sorted((Path(__file__).resolve().parent.parent / "notebooks").glob("*.ipynb"))
 
 

@@ -15,7 +15,7 @@ from pen_mhe.rooms import ROOT, rooms
 SHOWS_ONLY = ("commands/", "benchmark/report/", "benchmark/figures/", "benchmark/verdicts/")
 """Code that no result depends on."""
 
-SUFFIXES = (".py", ".c", ".toml")
+SUFFIXES = (".py", ".pyi", ".c", ".h", ".txt", ".toml")
 LIBRARIES = ("casadi", "numpy", "scipy", "osqp", "pandas", "pyarrow", "pydantic", "pen-mhe")
 NUMERICAL = ("casadi", "numpy", "scipy")
 """Libraries whose other versions may give other digits."""

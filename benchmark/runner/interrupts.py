@@ -15,6 +15,9 @@ from types import FrameType
 
 from models.errors import Interrupted
 
+REPEAT_S = 1.0
+"""Between an interrupt that was swallowed and the next."""
+
 
 def interrupted(done: int) -> Interrupted:
     """Return the sentence for a run that an interrupt ended after so many tasks."""
@@ -35,14 +38,23 @@ def not_swallowed() -> Iterator[None]:
     """Let an interrupt break off this block, whatever the block makes of it.
 
     A solver that is interrupted within its C++ may return as if it had failed, or raise
-    something else: what it says then is no result.
+    something else: what it says then is no result. So the interrupt is repeated until the
+    block ends.
     """
 
-    def break_off() -> None:
+    def break_off(*_: object) -> None:
+        if hasattr(signal, "setitimer"):  # not on Windows
+            signal.signal(signal.SIGALRM, break_off)
+            signal.setitimer(signal.ITIMER_REAL, REPEAT_S)
         raise KeyboardInterrupt
 
-    with _interrupts_noted(break_off):
-        yield
+    try:
+        with _interrupts_noted(break_off):
+            yield
+    finally:
+        if hasattr(signal, "setitimer") and signal.getsignal(signal.SIGALRM) is break_off:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
 
 
 @contextmanager

@@ -108,10 +108,20 @@ class Journal(Generic[TaskT, ResultT]):
         self._offsets[self._lines.key(task), identity] = offset
 
     def read(self, task: TaskT, identity: str) -> ResultT:
-        """Return a finished task's result; raises `KeyError` for one that is not there."""
+        """Return a finished task's result.
+
+        Raises `KeyError` for one that is not there, `InputError` where its line is damaged.
+        """
         file = self._open()
-        file.seek(self._offsets[self._lines.key(task), identity])
-        return self._lines.decoded(json.loads(file.readline()))
+        offset = self._offsets[self._lines.key(task), identity]
+        file.seek(offset)
+        try:
+            return self._lines.decoded(json.loads(file.readline()))
+        except Exception as error:  # whatever a damaged line makes of itself
+            raise InputError(
+                f"journal {self.path}: the line at byte {offset} is damaged ({error}), "
+                "expected one as it was written; without that line its task runs again"
+            ) from None
 
     def _open(self) -> IO[bytes]:
         assert self._file is not None, "the journal is used as a context manager"

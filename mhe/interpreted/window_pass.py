@@ -21,7 +21,7 @@ from models.state_space import StateSpaceModel
 
 
 class WindowPass:
-    """Cost, pass and roll-out on a window's views; the equations of mhe/*.c."""
+    """Cost, pass and roll-out on a window's views; the equations of mhe/compiled/*.c."""
 
     def __init__(self, model: StateSpaceModel, config: WindowConfig) -> None:
         self.stage = KalmanStage(model)

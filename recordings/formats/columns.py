@@ -18,7 +18,8 @@ import pandas as pd
 from models.arrays import Array
 from models.errors import InputError
 from models.names import did_you_mean
-from models.pen import PenConfig, kinematic_states
+from models.pen import kinematic_states
+from models.pen_config import PenConfig
 from models.units import TIME_DIGITS, UNITS, accepted_names
 
 TIME, TRUTH_PREFIX = "time", "true_"

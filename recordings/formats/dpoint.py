@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
-from models.pen import PenConfig
+from models.pen_config import PenConfig
 from recordings.ink import Ink, ink_points_mm
 from recordings.written import WrittenRecording
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from models.pen import PenConfig
+from models.pen_config import PenConfig
 from recordings.formats.dpoint import load_dpoint
 from recordings.formats.tables import load_table
 from recordings.written import WrittenRecording

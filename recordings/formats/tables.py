@@ -29,7 +29,7 @@ import pyarrow.parquet
 from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
-from models.pen import PenConfig
+from models.pen_config import PenConfig
 from models.version import version_metadata
 from recordings.formats.columns import (
     TIME,

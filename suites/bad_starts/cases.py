@@ -19,7 +19,8 @@ from models.gentle_hand import BY_SPEED
 from models.minimum_jerk import MinimumJerk
 from models.motions import motion_named
 from models.names import unknown
-from models.pen import PenConfig, Prior, ProcessNoise, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig, Prior, ProcessNoise
 from models.pen_file import load_pen
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel

@@ -22,7 +22,8 @@ import numpy as np
 from benchmark.configurations import BENCHMARK_ESTIMATORS
 from estimation.estimator import Estimator, run
 from models.arrays import Array
-from models.pen import PenConfig, moving_pen
+from models.pen import moving_pen
+from models.pen_config import PenConfig
 from models.priors import replaced_prior
 from models.random_streams import seed_sequence, stream
 from pen_mhe.estimators import create_estimator

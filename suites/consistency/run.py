@@ -20,7 +20,8 @@ from estimation.consistency import nees, nis
 from estimation.estimator import run
 from models.arrays import Array
 from models.names import unknown
-from models.pen import PenConfig, Prior, ProcessNoise, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig, Prior, ProcessNoise
 from pen_mhe.estimators import create_estimator
 from recordings.motion_list import DRAWN
 from recordings.simulate_pen import simulate, simulate_model

@@ -11,7 +11,8 @@ import numpy as np
 from benchmark.console import console, print_table
 from benchmark.runner.kept import Jobs, kept_results
 from estimation.output_folder import prepare_folder
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from pen_mhe.estimators import check_estimator
 from recordings.motion_list import DRAWN

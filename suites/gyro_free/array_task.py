@@ -11,7 +11,7 @@ import numpy as np
 from benchmark.tasks.task import Outcome, Quantity, Task
 from estimation.recording import Recording
 from models.arrays import Array
-from models.pen import Prior, ProcessNoise
+from models.pen_config import Prior, ProcessNoise
 from suites.gyro_free.array_pairs import PARTS, PairSegment, load_array, pair_segment
 from suites.gyro_free.cases import ARRAY_CASES, CLASSICAL
 from suites.gyro_free.classical import classical_rate

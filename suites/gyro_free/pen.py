@@ -17,7 +17,8 @@ import numpy as np
 
 from models.arrays import Array
 from models.gaussian import GaussianState
-from models.pen import PenConfig, Prior, ProcessNoise, moving_pen, pen_model
+from models.pen import moving_pen, pen_model
+from models.pen_config import PenConfig, Prior, ProcessNoise
 from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.inertial import sample_noise_std

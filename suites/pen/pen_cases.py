@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from benchmark.configurations import BENCHMARK_ESTIMATORS, CONFIGURATIONS
 from models.gentle_hand import BY_SPEED
-from models.pen import PenConfig, Prior, ProcessNoise
+from models.pen_config import PenConfig, Prior, ProcessNoise
 from models.pen_file import load_pen
 
 PEN_ESTIMATORS = BENCHMARK_ESTIMATORS

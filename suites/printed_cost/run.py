@@ -23,7 +23,8 @@ from estimation.estimator import run
 from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.gentle_hand import BY_SPEED
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.pen_file import parse_pen
 from models.printed import PRINTED_ERRORS, PrintedError
 from models.state_space import StateSpaceModel

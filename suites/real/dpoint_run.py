@@ -19,7 +19,8 @@ from estimation.estimator import Estimator, run
 from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from pen_mhe.estimators import create_estimator
 from recordings.formats.dpoint import load_dpoint

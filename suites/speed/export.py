@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.kalman_stage import KalmanStage
-from models.pen import PenConfig
+from models.pen_config import PenConfig
 from models.state_space import StateSpaceModel
 from suites.speed.problems import Problem
 from suites.speed.windows import SolvedWindow, running_on

@@ -73,7 +73,7 @@ def test_sizes_are_told(more: tuple[str, ...], tmp_path: Path) -> None:
         (("--deadline", "-1"), "deadline_s is -1"),
         (
             ("--estimator", "mhe-rti", "--horizon", "0"),
-            "horizon is 0, expected at least 1",
+            "horizon is 0, expected a whole number of at least 1",
         ),
         (("--sensors", "acel"), "acel"),
         (("--sensors", "area"), "sensors area have no readings of their own"),

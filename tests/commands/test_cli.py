@@ -62,7 +62,7 @@ BAD = {
     "sensor without readings": (["--sensors", "accel_lower"], "has no sensor accel_lower"),
     "horizon": (
         ["--estimator", "mhe", "--horizon", "0"],
-        "horizon is 0, expected at least 1",
+        "horizon is 0, expected a whole number of at least 1",
     ),
     "camera rate": (["--camera-rate", "7"], "does not divide the recorded 30 Hz"),
     "camera phase": (["--camera-rate", "10", "--camera-phase", "3"], "expected 0 to 2"),

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from estimation.recording import Measurement
 from models.arrays import Array
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.state_space import StateSpaceModel
 from tests.references import pen_readings
 from tests.references.batch import BatchProblem, white_jerk_step

@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from benchmark.bodies import BODIES
 from ekf_baseline.ekf import Ekf
 from estimation.collect import collected
 from estimation.estimate import Estimate, EstimateHistory
@@ -187,3 +189,29 @@ def test_errors_go_the_short_way_round() -> None:
     np.testing.assert_allclose(with_model.errors(truth)[:, 0], [-0.02, -0.5], atol=1e-12)
     np.testing.assert_allclose(hand.errors(truth)[:, 0], [2 * near, -0.5], atol=1e-12)
     assert np.isnan(with_model.errors(truth)[:, 1:]).all()
+
+
+def test_no_steps_have_no_errors_and_are_at_no_instant() -> None:
+    model = BODIES["turntable"]().model()  # whose angles wrap
+    data = BODIES["turntable"]().record(0.1, 0)
+    history = run(Ekf(model), data)
+    assert data.truth is not None
+    none = history[:0]
+    assert none.errors(data.truth).shape == (0, model.n_x)
+    with pytest.raises(InputError, match=r"no estimate at 0\.1 s"):
+        none.at(np.array([0.1]))
+    assert len(history.at(history.time_s[3])) == 1
+
+
+@pytest.mark.parametrize(
+    "rows", [3, slice(0.1, 0.2), np.ones(3, bool), np.array([0.5]), np.zeros((2, 2), int)]
+)
+def test_what_is_no_choice_of_steps_is_refused(rows: Any) -> None:
+    with pytest.raises(InputError, match="expected a slice or an array of steps"):
+        run(Ekf(SYSTEM.model), recording())[rows]
+
+
+def test_parts_that_are_fewer_than_the_whole_are_refused() -> None:
+    part = run(Ekf(SYSTEM.model), recording())[:2]
+    with pytest.raises(InputError, match="parts of 2 steps in all, expected 5"):
+        EstimateHistory.joined([part], 5)

@@ -8,7 +8,8 @@ import pytest
 from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.state_space import StateSpaceModel
 
 ACCEL = {"kind": "accelerometer", "bandwidth_hz": 50.0, "noise_density_m_s2_per_sqrt_hz": 0.01}

@@ -21,6 +21,7 @@ SCRIPT = """
 import sys
 from ekf_baseline.ekf import Ekf
 from estimation.recording import Measurement
+from mhe.config import MheConfig
 from mhe.realtime import Mhe
 from tests.mhe import pendulum
 

@@ -17,7 +17,8 @@ from mhe.config import MheIpoptConfig
 from mhe.reference.ipopt import MheIpopt
 from models.arrays import Array
 from models.errors import InputError
-from models.pen import Prior, ProcessNoise, pen_model
+from models.pen import pen_model
+from models.pen_config import Prior, ProcessNoise
 from models.state_space import StateSpaceModel
 from tests.estimation.exact_motions import INERTIAL, POSE, SENSORS, first_state
 from tests.linear_models import random_walk_system

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from models.pen import PenConfig
+from models.pen_config import PenConfig
 from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.contact import Contact
 from models.sensor_kinds.gyroscope import Gyroscope

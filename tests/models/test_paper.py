@@ -12,7 +12,8 @@ from pydantic import ValidationError
 from mhe import constraint_rows
 from models.errors import InputError
 from models.paper import Paper
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.pen_file import load_pen, parse_pen
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, CAMERA, call

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from models.pen import PenConfig, Prior, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig, Prior
 from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.gyroscope import Gyroscope
 from models.state_space import StateSpaceModel

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad_vec
 from scipy.linalg import expm
 
-from models.pen import ProcessNoise, kinematic_states, pen_model
+from models.pen import kinematic_states, pen_model
+from models.pen_config import ProcessNoise
 from models.process_noise import (
     constant_acceleration,
     constant_velocity,

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from models.errors import InputError
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from tests.models.pens import call, every_sensor, pen, random_state
 
 CONFIG = {n: pen(n, every_sensor(np.random.default_rng(n))) for n in (5, 6)}

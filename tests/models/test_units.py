@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from models.paper import Paper
-from models.pen import PenConfig, Prior, ProcessNoise
+from models.pen_config import PenConfig, Prior, ProcessNoise
 from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.contact import Contact
 from models.sensor_kinds.gyroscope import Gyroscope

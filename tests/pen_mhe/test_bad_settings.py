@@ -139,7 +139,7 @@ OPTIONS = {
         options=("--sensors", "accel,camera"),
     ),
     "horizon of zero": Case(
-        ("horizon is 0", "expected at least 1 interval"),
+        ("horizon is 0", "expected a whole number of at least 1"),
         options=("--estimator", "mhe", "--horizon", "0"),
     ),
 }

@@ -92,7 +92,7 @@ def test_type_checkers_see_what_stands_behind_it(tmp_path: Path) -> None:
     )
     command = [sys.executable, "-m", "mypy", str(script)]
     found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout
-    assert '"models.pen.PenConfig"' in found
+    assert '"models.pen_config.PenConfig"' in found
     assert "def (model: models.state_space.StateSpaceModel" in found
     assert 'incompatible type "int"; expected "str | Path"' in found
     assert 'has no attribute "find_pen"' in found

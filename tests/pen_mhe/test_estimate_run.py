@@ -11,7 +11,8 @@ from estimation.consistency import nis
 from estimation.estimator import run
 from estimation.recording import Recording, Truth
 from estimation.status import Status
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from pen_mhe.errors import NOT_OBSERVABLE
 from pen_mhe.estimate_run import EstimateRun, estimate_recording

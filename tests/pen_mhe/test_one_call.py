@@ -44,10 +44,12 @@ def test_estimate_is_the_loop_and_its_judgement(recording: pm.Recording) -> None
     assert recording.truth is not None
     for column, error in pm.rms_errors(model, by_hand, recording.truth).items():
         assert result.true_rms[column] == error
-    first, second = repr(result).splitlines()
-    steps = len(recording.time_s)
-    assert first == f"mhe-rti on turn (simulated): {steps} steps, 100.00% solved"
-    assert second.startswith("RMS error against the truth: tip_mm ")
+    first, second, *_ = said = repr(result).splitlines()
+    samples, steps = len(result.output), len(recording.time_s)
+    assert first == f"mhe-rti on turn (simulated): {samples} samples, {steps} steps"
+    assert second == "solved 100.00% of the steps"
+    assert any(line.startswith("RMS error against the truth: tip_mm ") for line in said)
+    assert any(line.startswith("NEES: mean ") for line in said)
 
 
 def test_estimate_reads_a_file(recording: pm.Recording, tmp_path: Path) -> None:

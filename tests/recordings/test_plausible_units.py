@@ -13,7 +13,7 @@ import pytest
 from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
-from models.pen import PenConfig
+from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from models.units import STANDARD_GRAVITY_M_S2
 from recordings.formats.tables import recording_from_table, recording_to_table

@@ -18,7 +18,8 @@ from estimation.recording import Recording
 from models.gaussian import GaussianState
 from models.motions import sample_motion
 from models.noisy_readings import noisy_readings
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.pen_file import parse_pen
 from models.simulation import sample_times, true_states
 from tests.models.pens import Array, random_rotation

@@ -18,7 +18,8 @@ from estimation.status import Status
 from models.arrays import Array
 from models.minimum_jerk import MinimumJerk
 from models.motions import MotionConfig, sample_motion
-from models.pen import PenConfig, Prior, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig, Prior
 from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors

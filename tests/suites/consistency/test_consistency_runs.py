@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 from models.errors import InputError
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from recordings.motion_list import DRAWN
 from suites.consistency.run import (

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from benchmark.configurations import CONFIGURATIONS
-from models.pen import PenConfig, pen_model
+from models.pen import pen_model
+from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from suites.pen.pen_cases import (
     NEGLIGIBLE,

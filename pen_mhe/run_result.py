@@ -1,0 +1,99 @@
+"""What came out of one run of an estimator on a recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from estimation.consistency import Consistency
+from estimation.history import EstimateHistory
+from estimation.recording import Recording
+from models.state_space import StateSpaceModel
+from recordings.ink import InkMatch
+from recordings.thinning import LeftOutError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EstimateRun:
+    """What came out of one run; prints itself as a few sentences.
+
+    Parameters
+    ----------
+    history : one estimate per instant, camera instants included
+    output : one estimate per sample of the fastest sensor, the IMU
+    left_out : error against the camera frames that were left out
+    true_rms : RMS errors against the truth, where the recording has it, or that a column
+        is not observable
+    nis, nees : consistency of innovations, and of errors where the truth of every state is
+        known; None where there is nothing to judge by
+    ink : the path laid over the ink, where there is a scan
+    zero_delay : sensors whose readings were used at their capture in spite of a delay
+    """
+
+    model: StateSpaceModel
+    used: Recording
+    history: EstimateHistory
+    output: EstimateHistory
+    left_out: LeftOutError | None
+    true_rms: dict[str, float | str]
+    nis: Consistency | None
+    nees: Consistency | None
+    ink: InkMatch | None
+    zero_delay: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        samples = f"{len(self.output)} samples, {len(self.history)} steps"
+        title = f"{self.history.estimator} on {self.used.name}: {samples}"
+        return "\n".join([title, *self.sentences()])
+
+    def plot(self) -> Figure:
+        """Draw the tip's path, over the ink where there is a scan, angles and step times."""
+        from pen_mhe.figures import estimate_figure  # slow to import
+
+        return estimate_figure(self.output, self.ink, truth=self.used.truth)
+
+    def sentences(self) -> list[str]:
+        """Return what the run says of itself: statuses, times, errors, consistency, ink."""
+        history, steps_ms = self.history, self.history.step_time_s * 1e3
+        said = [f"solved {history.solved_fraction:.2%} of the steps"]
+        remarks = [status for status in history.status if status.label != "solved"]
+        said += [
+            f"{remarks.count(status)} × {status.label}: {status.sentence}"
+            for status in dict.fromkeys(remarks)
+        ]
+        median, p99 = np.median(steps_ms), np.quantile(steps_ms, 0.99)
+        said.append(f"step time: median {median:.3g} ms, p99 {p99:.3g} ms")
+        if self.zero_delay:
+            said.append(
+                f"zero delay: readings of {', '.join(self.zero_delay)} are used at the instant of "
+                "their stamp, taken as that of capture; figures do not compare with causal ones"
+            )
+        if self.left_out is not None:
+            errors = (_in_readable_unit(unit, rms) for unit, rms in self.left_out.rms.items())
+            frames = self.left_out.frames
+            said.append(f"RMS error against {frames} frames left out: {', '.join(errors)}")
+        if self.true_rms:
+            shown = (
+                f"{column} {value:.4g}" if isinstance(value, float) else f"{column} {value}"
+                for column, value in self.true_rms.items()
+            )
+            said.append(f"RMS error against the truth: {', '.join(shown)}")
+        for name, found in (("NIS of the innovations", self.nis), ("NEES", self.nees)):
+            if found is not None:
+                said.append(
+                    f"{name}: mean {found.mean:.4g}, expected {found.expected:.4g} "
+                    f"(95 % of consistent runs: {found.lower:.4g} to {found.upper:.4g}, "
+                    "if instants were independent)"
+                )
+        if self.ink is not None:
+            said.append(f"mean ink distance: {self.ink.mean_distance_mm:.4f} mm")
+        return said
+
+
+def _in_readable_unit(unit: str, value: float) -> str:
+    return f"{value * 1e3:.3f} mm" if unit == "m" else f"{np.degrees(value):.3f}°"
