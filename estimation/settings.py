@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any, TypeVar
 
 from models.errors import InputError
+from models.names import nearest
 
 ConfigT = TypeVar("ConfigT")
 
@@ -77,13 +77,13 @@ def check_settings(
     readers = [
         other for other, config in configs.items() if set(unread) <= set(setting_names(config))
     ]
-    near = [] if readers else difflib.get_close_matches(unread[0], own, n=1)
+    near = None if readers else nearest(unread[0], own)
     raise InputError(
         f"{kind}{'s' if many else ''} {_listed(map(spelled, unread))} {'are' if many else 'is'} "
         f"not read by {estimator}, "
         f"expected {'one of ' if len(own) > 1 else ''}{', '.join(map(spelled, own)) or 'none'}"
         + (f"; {_listed(readers)} {_verb(readers)} {'them' if many else 'it'}" if readers else "")
-        + (f"; did you mean {spelled(near[0])}?" if near else "")
+        + (f"; did you mean {spelled(near)}?" if near else "")
     )
 
 
