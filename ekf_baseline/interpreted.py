@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from estimation.estimator import remarks
 from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.layout import Layout
+from estimation.outputs import derived_outputs
 from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
 from models.arrays import Array
@@ -28,7 +29,7 @@ class InterpretedFilter:
     def __init__(self, model: StateSpaceModel, memory: Layout, gate: Array | None) -> None:
         self.memory, self.result = memory, result_layout(model)
         self._model, self._gate = model, gate
-        self._stage = KalmanStage(model)
+        self._stage, self._derived = KalmanStage(model), derived_outputs(model)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
@@ -38,7 +39,9 @@ class InterpretedFilter:
         before = float(at.view(given, "time_s"))
         state = GaussianState(at.view(given, "mean"), at.view(given, "covariance"))
         if time_s < before:
-            return given.copy(), report(self.result, before, state, None, Status.LATE, 0)
+            return given.copy(), report(
+                self.result, self._derived, before, state, None, Status.LATE, 0
+            )
         dt = 0.0 if np.isnan(before) else time_s - before
         present, status = rows_present(model, y), Status.SOLVED
         predicted = self._stage.predict(state, dt).state
@@ -51,7 +54,7 @@ class InterpretedFilter:
             status |= Status.NOT_FINITE
             gaussian = predicted
         status |= remarks(model, gaussian, y, update.present)
-        result = report(self.result, time_s, gaussian, first, status)
+        result = report(self.result, self._derived, time_s, gaussian, first, status)
         memory = np.empty(at.size)
         at.view(memory, "time_s")[...] = time_s
         at.view(memory, "mean")[:] = gaussian.mean
