@@ -30,7 +30,7 @@ def measured_columns(model: StateSpaceModel) -> list[int]:
     return [
         stacked.column + i
         for stacked in stacked_sensors(model)
-        if stacked.sensor.constant_reading is None
+        if stacked.sensor.has_readings
         for i in range(stacked.sensor.n_y)
     ]
 

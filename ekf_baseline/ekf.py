@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from estimation.estimator import first_state
 from estimation.kalman_stage import stage_functions
 from estimation.layout import Layout
 from estimation.recording import Measurement
+from estimation.rest import rest_blocks, rest_constants, rest_fields
 from estimation.result import Engine, ResultReader
 from estimation.settings import checked_config
 from models.arrays import Array
@@ -53,10 +54,15 @@ class EkfConfig:
 
 @dataclass(frozen=True, eq=False)
 class EkfState:
-    """Time (None before the first measurement) and Gaussian x_k|k, or the prior x_0|-1."""
+    """Time (None before the first measurement) and Gaussian x_k|k, or the prior x_0|-1.
+
+    ``rest`` is what the detector of rest remembers, see `estimation.rest.rest_blocks`; empty
+    where the model has none.
+    """
 
     time_s: float | None
     gaussian: GaussianState
+    rest: Array = field(default_factory=lambda: np.zeros(0))
 
 
 class Ekf:
@@ -91,7 +97,7 @@ class Ekf:
         InputError
             If the prior is not of the model's size.
         """
-        return EkfState(None, first_state(self.model, prior))
+        return first_filter(self.model, prior)
 
     def step(self, state: EkfState, measurement: Measurement) -> tuple[EkfState, Estimate]:
         """Predict to the measurement's time and update."""
@@ -121,24 +127,33 @@ class Ekf:
 
     def _unpack(self, memory: Array) -> EkfState:
         n_x = self.model.n_x
-        covariance, time_s = memory[n_x + 1 :].reshape(n_x, n_x), memory.item(0)
-        gaussian = GaussianState(memory[1 : n_x + 1], covariance)
-        return EkfState(None if math.isnan(time_s) else time_s, gaussian)
+        end, time_s = 1 + n_x + n_x * n_x, memory.item(0)
+        gaussian = GaussianState(memory[1 : n_x + 1], memory[n_x + 1 : end].reshape(n_x, n_x))
+        return EkfState(None if math.isnan(time_s) else time_s, gaussian, memory[end:])
 
 
 def filter_memory(model: StateSpaceModel) -> Layout:
     """Return the layout of the filter's state; ``time_s`` is NaN before the first measurement."""
     n_x = model.n_x
-    return Layout("Memory", {"time_s": (), "mean": (n_x,), "covariance": (n_x, n_x)})
+    state = {"time_s": (), "mean": (n_x,), "covariance": (n_x, n_x)}
+    return Layout("Memory", {**state, **rest_blocks(model)})
+
+
+def first_filter(model: StateSpaceModel, prior: GaussianState | None) -> EkfState:
+    """Return the state before the first measurement; a prior of None is the model's."""
+    detector = Layout("RestMemory", rest_blocks(model))
+    return EkfState(None, first_state(model, prior), np.zeros(detector.size))
 
 
 def packed_state(state: EkfState) -> Array:
     """Return a state as one flat array; see `filter_memory`."""
     n_x = len(state.gaussian.mean)
-    memory = np.empty(1 + n_x + n_x * n_x)
+    end = 1 + n_x + n_x * n_x
+    memory = np.empty(end + len(state.rest))
     memory[0] = np.nan if state.time_s is None else state.time_s
     memory[1 : n_x + 1] = state.gaussian.mean
-    memory[n_x + 1 :] = state.gaussian.covariance.ravel()
+    memory[n_x + 1 : end] = state.gaussian.covariance.ravel()
+    memory[end:] = state.rest
     return memory
 
 
@@ -177,5 +192,7 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
             "L": np.zeros((n_r, n_r)),
             "z": np.zeros(n_r),
             "rows": np.zeros(n_r, dtype=np.int64),
+            **rest_fields(model),
         },
+        constants=rest_constants(model),
     )

@@ -55,6 +55,9 @@ void filter_step(void *self, const real *given, real *memory, real time, const r
         result[f->result.step_time_s] = (real)(seconds() - start);
         return;
     }
+#if RESTS
+    y = with_rest(m, &f->rest, at, given, memory, dt, y);
+#endif
     mark_present(m, y, f->present, f->clean);
     copy(f->used, f->present, m->n_r);
     real *predicted[] = {f->x_minus, 0, f->P_minus, 0, 0};

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from estimation.estimator import remarks
 from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.layout import Layout
+from estimation.rest_detector import RestDetector
 from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
 from models.arrays import Array
@@ -28,7 +29,7 @@ class InterpretedFilter:
     def __init__(self, model: StateSpaceModel, memory: Layout, gate: Array | None) -> None:
         self.memory, self.result = memory, result_layout(model)
         self._model, self._gate = model, gate
-        self._stage = KalmanStage(model)
+        self._stage, self._rest = KalmanStage(model), RestDetector(model)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
@@ -40,6 +41,7 @@ class InterpretedFilter:
         if time_s < before:
             return given.copy(), report(self.result, before, state, None, Status.LATE, 0)
         dt = 0.0 if np.isnan(before) else time_s - before
+        rest, y = self._rest.step(self._rest.part(at, given), dt, y)
         present, status = rows_present(model, y), Status.SOLVED
         predicted = self._stage.predict(state, dt).state
         first = update = self._stage.update(predicted, y, present)
@@ -56,6 +58,7 @@ class InterpretedFilter:
         at.view(memory, "time_s")[...] = time_s
         at.view(memory, "mean")[:] = gaussian.mean
         at.view(memory, "covariance")[:] = gaussian.covariance
+        self._rest.part(at, memory)[:] = rest
         self.result.view(result, "step_time_s")[...] = time.perf_counter() - start
         return memory, result
 

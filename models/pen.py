@@ -22,7 +22,14 @@ import casadi as ca
 import numpy as np
 
 from models.arrays import Array
-from models.body_model import Kinematics, body_model, choose_sensors, linear_step
+from models.body_model import (
+    Kinematics,
+    body_model,
+    check_rest,
+    choose_sensors,
+    linear_step,
+    rest_of,
+)
 from models.heading import heading_symmetry
 from models.kinematics import RigidBody
 from models.manifold import wrapped_angles
@@ -69,7 +76,11 @@ def moving_pen(config: PenConfig, q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX) -> Movi
 
 
 def pen_model(
-    pen: AnyPen, sensors: Iterable[str] | None = None, *, writing_area: bool = True
+    pen: AnyPen,
+    sensors: Iterable[str] | None = None,
+    *,
+    writing_area: bool = True,
+    rest: bool = True,
 ) -> StateSpaceModel:
     """Build the state-space model of a pen with some or all of its sensors.
 
@@ -80,15 +91,21 @@ def pen_model(
     writing_area : adds the pen's writing area where none of the sensors sees a position;
         False takes the sensors as they are, so position and tilt may drift without bound
 
+    rest : adds the pen's sensor of rest, where its file has one, to a gyroscope; False takes
+        the sensors as they are, so a still pen gains false confidence
+
     Raises
     ------
     InputError
-        If a sensor or a bound is unknown; the message lists the known names.
+        If a sensor or a bound is unknown, or rest has no gyroscope; the message lists what is.
     """
     config = as_pen(pen)
     chosen = choose_sensors(config.sensors, sensors, f"pen {config.name}")
     if writing_area and not any(sensor.sees_position for sensor in chosen.values()):
         chosen |= _writing_area(config)
+    if rest:
+        chosen |= rest_of(config.sensors, chosen)
+    check_rest(chosen, f"pen {config.name}")
     n_q = config.degrees_of_freedom
     q, q_dot, q_ddot = (ca.SX.sym(symbol, n_q) for symbol in ("q", "q_dot", "q_ddot"))
     body = moving_pen(config, q, q_dot, q_ddot)
