@@ -142,10 +142,7 @@ class StateSpaceModel:
 
     @cached_property
     def measured_rows(self) -> NDArray[np.bool_]:
-        """(n_r,) which rows of the stacked residual come from readings that bring noise.
-
-        Not those of a constant, nor of what follows from other readings (rest).
-        """
+        """(n_r,) which rows come from readings: not of a constant, nor what others say (rest)."""
         return np.concatenate(
             [np.zeros(0, bool)] + [np.full(s.n_r, s.is_measured) for s in self.sensors]
         )
