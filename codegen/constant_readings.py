@@ -1,5 +1,6 @@
 """Sensors that nobody reads: the exported step adds the readings of those that read a constant (a
-pen's writing area), and its loop those of rest, which it detects."""
+pen's writing area), and its loop those of rest, which it detects.
+"""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from estimation.estimator import remarks
 from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.layout import Layout
+from estimation.outputs import derived_outputs
 from estimation.rest_detector import RestDetector
 from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
@@ -29,7 +30,8 @@ class InterpretedFilter:
     def __init__(self, model: StateSpaceModel, memory: Layout, gate: Array | None) -> None:
         self.memory, self.result = memory, result_layout(model)
         self._model, self._gate = model, gate
-        self._stage, self._rest = KalmanStage(model), RestDetector(model)
+        self._stage, self._derived = KalmanStage(model), derived_outputs(model)
+        self._rest = RestDetector(model)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
@@ -39,7 +41,9 @@ class InterpretedFilter:
         before = float(at.view(given, "time_s"))
         state = GaussianState(at.view(given, "mean"), at.view(given, "covariance"))
         if time_s < before:
-            return given.copy(), report(self.result, before, state, None, Status.LATE, 0)
+            return given.copy(), report(
+                self.result, self._derived, before, state, None, Status.LATE, 0
+            )
         dt = 0.0 if np.isnan(before) else time_s - before
         rest, y = self._rest.step(self._rest.part(at, given), dt, y)
         present, status = rows_present(model, y), Status.SOLVED
@@ -53,7 +57,7 @@ class InterpretedFilter:
             status |= Status.NOT_FINITE
             gaussian = predicted
         status |= remarks(model, gaussian, y, update.present)
-        result = report(self.result, time_s, gaussian, first, status)
+        result = report(self.result, self._derived, time_s, gaussian, first, status)
         memory = np.empty(at.size)
         at.view(memory, "time_s")[...] = time_s
         at.view(memory, "mean")[:] = gaussian.mean

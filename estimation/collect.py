@@ -48,6 +48,9 @@ def collected(
     for block, values in blocks.items():
         rows = np.asarray(values, dtype=float)
         results[:, reader.layout.slices[block]] = rows.reshape(n, -1) if n else 0.0
+    mean, P = (reader.layout.view(results, block) for block in ("mean", "covariance"))
+    for block, rows in zip(("derived", "derived_std"), reader.derived.values(mean, P), strict=True):
+        reader.layout.view(results, block)[:] = rows
     return reader.history(estimator, results, covariances=covariances)
 
 

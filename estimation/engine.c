@@ -92,6 +92,15 @@ static integer remarks(const Model *m, const real *mean, const real *P, const re
     return status;
 }
 
+/* Outputs that are not states, with their standard deviations, of a result's mean. */
+static void derive(const Model *m, const Result *r, real *result)
+{
+    if (!m->derived) return;
+    const real *arguments[] = {result + r->mean, result + r->covariance};
+    real *results[] = {result + r->derived, result + r->derived_std};
+    m->derived(arguments, results, 0, 0, 0);
+}
+
 static void report(const Model *m, const Result *r, real *result, real time,
                    const real *mean, const real *P, const real *v, const real *S,
                    const real *present, integer status)
@@ -99,6 +108,7 @@ static void report(const Model *m, const Result *r, real *result, real time,
     result[r->time_s] = time;
     copy(result + r->mean, mean, m->n_x);
     covariance_of(m, P, result + r->covariance);
+    derive(m, r, result);
     for (integer row = 0; row < m->n_r; row++)
         result[r->innovation + row] = present[row] != 0 ? v[row] : NAN;
     copy(result + r->innovation_covariance, S, m->n_r * m->n_r);
@@ -115,6 +125,7 @@ static void report_late(const Model *m, const Result *r, real *result, real time
     result[r->time_s] = time;
     copy(result + r->mean, mean, m->n_x);
     covariance_of(m, P, result + r->covariance);
+    derive(m, r, result);
     for (integer i = 0; i < m->n_r; i++) result[r->innovation + i] = NAN;
     for (integer i = 0; i < m->n_r * m->n_r; i++) result[r->innovation_covariance + i] = NAN;
     result[r->status] = STATUS_LATE;

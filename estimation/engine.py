@@ -45,6 +45,7 @@ class Model(ctypes.Structure):
         ("update", ctypes.c_void_p),
         ("retract", ctypes.c_void_p),
         ("regularity", ctypes.c_void_p),
+        ("derived", ctypes.c_void_p),
     )
 
 

@@ -39,6 +39,8 @@ class Estimate:
         length of the last pass' step, or what a row of bounds and inequalities is exceeded by,
         whichever is larger; NaN where there is none
     reused_stages : stages whose factors were kept from the step before
+    derived, derived_std : (k,) outputs that are not states, with their standard deviations; see
+        `estimation.outputs`; None where the estimator leaves them to the history
     """
 
     time_s: float
@@ -51,3 +53,5 @@ class Estimate:
     call_s: float = np.nan
     kkt_residual: float = np.nan
     reused_stages: int = 0
+    derived: Array | None = None
+    derived_std: Array | None = None

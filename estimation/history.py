@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from estimation.covariances import Covariances
 from estimation.history_rows import check_rows
+from estimation.named_columns import NamedColumns
 from estimation.recording import Truth
 from estimation.status import Status, solved_fraction
 from models.arrays import Array
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
-from models.names import unknown
+from models.outputs import Outputs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,6 +30,8 @@ PER_STEP = (
     "time_s",
     "mean",
     "std",
+    "derived",
+    "derived_std",
     "innovation",
     "innovation_std",
     "squared_innovations",
@@ -41,7 +44,7 @@ PER_STEP = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EstimateHistory:
+class EstimateHistory(NamedColumns):
     """All estimates of a run as plain arrays.
 
     Parameters
@@ -49,7 +52,8 @@ class EstimateHistory:
     estimator : its name
     state_names : (n_x,)
     time_s : (n,)
-    mean, std : (n, n_x), in the units that end the state names
+    mean, std : (n, n_x) states, in the units that end their names, and the deviations of the
+        tangent vector's components
     innovation, innovation_std : (n, n_r) and their standard deviations, NaN without a reading
     status : n statuses
     iterations : (n,)
@@ -59,6 +63,8 @@ class EstimateHistory:
     row_sets : name → (n_r,) rows of the innovation; see `estimation.innovations.row_sets`
     covariances : in full, where the run was asked to keep them
     difference : the model's, for errors of wrapped angles; None subtracts
+    derived_names, derived, derived_std : (k,), (n, k) outputs that are not states
+    outputs : the model's; None where people read its states, see `names` and `values`
     """
 
     estimator: str
@@ -77,6 +83,15 @@ class EstimateHistory:
     row_sets: Mapping[str, NDArray[np.bool_]] = field(default_factory=FrozenMapping)
     covariances: Covariances | None = None
     difference: ca.Function | None = None
+    derived_names: tuple[str, ...] = ()
+    derived: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    derived_std: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    outputs: Outputs | None = None
+
+    def __post_init__(self) -> None:
+        if not self.derived_names:  # no column, and as many rows as steps
+            for name in ("derived", "derived_std"):
+                object.__setattr__(self, name, np.zeros((len(self.time_s), 0)))
 
     @classmethod
     def joined(
@@ -179,30 +194,6 @@ class EstimateHistory:
         """Fraction of the steps whose status is solved, with or without remarks."""
         return solved_fraction(self.status)
 
-    def column(self, state: str) -> Array:
-        """Return the estimates (n,) of one state by name."""
-        return self.mean[:, self.index(state)]
-
-    def index(self, state: str) -> int:
-        """Return which column of `mean` and `std` a state has; `InputError` for an unknown one."""
-        if state not in self.state_names:
-            raise unknown("state", state, self.state_names)
-        return self.state_names.index(state)
-
-    def errors(self, truth: Truth) -> Array:
-        """Return estimate minus truth (n, n_x), NaN for states that the truth does not name.
-
-        Raises
-        ------
-        InputError
-            If an estimate's instant is not among the truth's.
-        """
-        states = truth.states(self.state_names, self.time_s)
-        if self.difference is None or not len(self):  # CasADi makes one column of none
-            return self.mean - states
-        # One call for all instants: CasADi takes a column for each.
-        return np.asarray(self.difference(self.mean.T, states.T).full().T)
-
     def plot(
         self,
         states: Sequence[str] | None = None,
@@ -210,7 +201,7 @@ class EstimateHistory:
         truth: Truth | None = None,
         others: Sequence[EstimateHistory] | Mapping[str, EstimateHistory] = (),
     ) -> Figure:
-        """Draw states over time with their ± 2 σ; returns the figure.
+        """Draw outputs over time with their ± 2 σ; returns the figure.
 
         Parameters
         ----------
@@ -223,12 +214,12 @@ class EstimateHistory:
         return plot_histories(labelled(self, others), states, truth=truth)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return a table: ``time_s``, the states, ``<state>_std``, ``status``, ``step_time_s``."""
+        """Return a table: ``time_s``, `names`, ``<name>_std``, ``status``, ``step_time_s``."""
         import pandas as pd  # 0.3 s to import, which a live estimator has no use for
 
         table = pd.DataFrame({"time_s": self.time_s})
-        table[list(self.state_names)] = self.mean
-        table[[f"{name}_std" for name in self.state_names]] = self.std
+        table[list(self.names)] = self.values
+        table[[f"{name}_std" for name in self.names]] = self.values_std
         table["status"] = [status.label for status in self.status]
         table["iterations"] = self.iterations.astype(int)
         table["step_time_s"] = self.step_time_s

@@ -81,7 +81,7 @@ def plot_histories(
     """
     if not histories:
         raise InputError("no history to draw, expected at least one")
-    known = list(dict.fromkeys(name for h in histories.values() for name in h.state_names))
+    known = list(dict.fromkeys(name for h in histories.values() for name in h.names))
     chosen = drawn_states(known) if states is None else list(several(states))
     for state in chosen:
         if state not in known:
@@ -128,15 +128,14 @@ def _draw(
 ) -> None:
     words, unit, factor = shown(state)
     curves = {
-        label: (h.time_s, h.mean[:, i], h.std[:, i])
+        label: (h.time_s, h.column(state), h.std_of(state))
         for label, h in histories.items()
-        if state in h.state_names and len(h.time_s)
-        for i in [h.state_names.index(state)]
+        if state in h.names and len(h.time_s)
     }
     true = None
     if truth is not None and state in truth.names:
         true = truth.values[:, truth.names.index(state)]
-    if any(_is_circular(h, state) for h in histories.values()):
+    if any(h.is_circular(state) for h in histories.values() if state in h.names):
         curves, true = _unwound(curves, truth, true)
     low, high = _settled(curves.values())
     if unit == "m" and max(-low, high) < SMALL_M:
@@ -181,18 +180,6 @@ def _thinned(time_s: Array, value: Array, std: Array) -> Curve:
     ends = np.sort([parts.argmin(axis=1), parts.argmax(axis=1)], axis=0)
     rows = np.minimum((starts + ends).T.ravel(), len(value) - 1)
     return time_s[rows], value[rows], std[rows]
-
-
-def _is_circular(history: HistoryView, state: str) -> bool:
-    """Whether a turn more makes no difference to a state, by the model's own difference."""
-    if history.difference is None or state not in history.state_names:
-        return False
-    if not len(history.time_s):
-        return False
-    x, turned = history.mean[0], history.mean[0].copy()
-    turned[history.state_names.index(state)] += TURN
-    moved = history.difference(turned, x).full().ravel()
-    return bool(np.abs(moved).max() < 1e-6)
 
 
 def _unwound(

@@ -32,9 +32,9 @@ def html(history: HistoryView) -> str:
     if len(history.time_s) == 0:
         return head
     rows = []
-    for i, name in enumerate(history.state_names):
+    for name in history.names:
         quantity, unit, factor = shown(name)
-        mean, std = factor * history.mean[:, i], factor * history.std[:, i]
+        mean, std = factor * history.column(name), factor * history.std_of(name)
         cells = (
             f"{mean[-1]:.4g} ± {std[-1]:.2g}",
             f"{np.median(std):.2g}",

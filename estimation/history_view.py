@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import casadi as ca
-
 from estimation.status import Status
 from models.arrays import Array
 
@@ -18,10 +16,6 @@ class HistoryView(Protocol):
         """Name."""
 
     @property
-    def state_names(self) -> tuple[str, ...]:
-        """(n_x,)"""
-
-    @property
     def time_s(self) -> Array:
         """(n,)"""
 
@@ -30,8 +24,17 @@ class HistoryView(Protocol):
         """(n, n_x)"""
 
     @property
-    def std(self) -> Array:
-        """(n, n_x)"""
+    def names(self) -> tuple[str, ...]:
+        """(n_o,)"""
+
+    def column(self, name: str) -> Array:
+        """(n,) estimates of one of `names`."""
+
+    def std_of(self, name: str) -> Array:
+        """(n,) their standard deviations."""
+
+    def is_circular(self, name: str) -> bool:
+        """Whether it is an angle on the circle."""
 
     @property
     def status(self) -> tuple[Status, ...]:
@@ -40,7 +43,3 @@ class HistoryView(Protocol):
     @property
     def step_time_s(self) -> Array:
         """(n,)"""
-
-    @property
-    def difference(self) -> ca.Function | None:
-        """The model's."""

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from estimation.function_call import FunctionCall
 from estimation.native import compiled
+from estimation.outputs import derived_outputs
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -141,6 +142,7 @@ def stage_functions(model: StateSpaceModel) -> list[ca.Function]:
         update_function(model),
         retract_function(model),
         regularity_function(model),
+        *([] if model.outputs is None else [derived_outputs(model).function]),
     ]
 
 

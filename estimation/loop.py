@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
@@ -13,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from estimation.layout import Layout
+from estimation.outputs import NAME as DERIVED
 from estimation.status import REGULARITY_LIMIT, Status
 from models.state_space import StateSpaceModel
 
@@ -64,6 +66,7 @@ def model_fields(model: StateSpaceModel) -> dict[str, Any]:
         "measured_rows": model.measured_rows,
         "first_row": np.cumsum([0, *(sensor.n_r for sensor in model.sensors)]),
         **{name: name for name in ("predict", "update", "retract", "regularity")},
+        DERIVED: ctypes.c_void_p() if model.outputs is None else DERIVED,
     }
 
 

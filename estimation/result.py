@@ -11,6 +11,7 @@ from estimation.estimate import Estimate, EstimateHistory, Window
 from estimation.innovations import innovation_std, row_sets, squared_innovations
 from estimation.kalman_stage import Update
 from estimation.layout import Layout
+from estimation.outputs import Derived, derived_outputs
 from estimation.status import Status
 from models.arrays import Array
 from models.errors import InputError
@@ -60,16 +61,20 @@ def checked_input(
 def result_layout(model: StateSpaceModel) -> Layout:
     """Return what every step says; ``cost`` and ``kkt`` are NaN where an estimator has none.
 
+    ``derived`` are the outputs that are not states, `estimation.outputs`, with their deviations.
+
     ``kkt`` is how far the trajectory is from the optimality conditions, in standard
     deviations; ``reused`` counts the stages whose factors were not made again.
     """
-    n_x, n_r = model.n_x, model.n_r
+    n_x, n_r, n_derived = model.n_x, model.n_r, len(derived_outputs(model).names)
     return Layout(
         "Result",
         {
             "time_s": (),
             "mean": (n_x,),
             "covariance": (n_x, n_x),
+            "derived": (n_derived,),
+            "derived_std": (n_derived,),
             "innovation": (n_r,),
             "innovation_covariance": (n_r, n_r),
             "status": (),
@@ -87,9 +92,10 @@ class ResultReader:
 
     def __init__(self, model: StateSpaceModel) -> None:
         self.layout = result_layout(model)
-        self.model = model
+        self.model, self.derived = model, derived_outputs(model)
         parts, n_x, n_r = self.layout.slices, model.n_x, model.n_r
         self._mean, self._covariance = parts["mean"], parts["covariance"]
+        self._derived, self._derived_std = parts["derived"], parts["derived_std"]
         self._v, self._S = parts["innovation"], parts["innovation_covariance"]
         self._square_x, self._square_r = (n_x, n_x), (n_r, n_r)
         self._status, self._iterations = parts["status"].start, parts["iterations"].start
@@ -111,6 +117,8 @@ class ResultReader:
             result.item(self._step_time),
             result.item(self._kkt),
             int(result.item(self._reused)),
+            result[self._derived],
+            result[self._derived_std],
         )
 
     def status_of(self, result: Array) -> Status:
@@ -145,6 +153,10 @@ class ResultReader:
             reused_stages=parts["reused"],
             squared_innovations=squared_innovations(v, S, self._row_sets),
             row_sets=self._row_sets,
+            derived_names=self.derived.names,
+            derived=parts["derived"],
+            derived_std=parts["derived_std"],
+            outputs=self.model.outputs,
             covariances=Covariances(P, S) if covariances else None,
             difference=self.model.difference,
         )
@@ -152,6 +164,7 @@ class ResultReader:
 
 def report(
     layout: Layout,
+    derived: Derived,
     time_s: float,
     state: GaussianState,
     update: Update | None,
@@ -165,6 +178,9 @@ def report(
     layout.view(result, "time_s")[...] = time_s
     layout.view(result, "mean")[:] = state.mean
     layout.view(result, "covariance")[:] = state.covariance
+    values, std = derived.values(state.mean[None], state.covariance[None])
+    layout.view(result, "derived")[:] = values[0]
+    layout.view(result, "derived_std")[:] = std[0]
     if update is not None:
         innovation = np.where(update.present, update.innovation, np.nan)
         layout.view(result, "innovation")[:] = innovation

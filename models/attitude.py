@@ -25,6 +25,10 @@ from models.rotation import cross_matrix
 SMALL_TURN_SQUARED = 1e-4
 """Squared rotation vector below which tan(θ/4)/θ is its power series, rad²."""
 
+UPRIGHT_SHIFT = 1e-16
+"""Added to a component of the axis, so that angles of a pen that stands exactly upright have
+derivatives: huge ones of azimuth and spin, of length 1 of elevation."""
+
 
 def body_to_world(sigma: ca.SX) -> ca.SX:
     """Return R (3, 3), which turns body coordinates into world coordinates."""
@@ -72,6 +76,15 @@ def quaternion(sigma: ca.SX) -> ca.SX:
     return ca.vertcat(1 - s, 2 * sigma) / (1 + s)
 
 
+def level_part(sigma: ca.SX) -> ca.SX:
+    """Return cosθ ≥ 0, the length of a pen's axis seen from above: 0 where it stands upright."""
+    return _level(body_to_world(sigma)[:2, 2])
+
+
+def _level(axis: ca.SX) -> ca.SX:
+    return ca.sqrt(ca.sumsqr(axis + ca.DM([UPRIGHT_SHIFT, 0])))
+
+
 def pen_angles(sigma: ca.SX) -> ca.SX:
     """Return azimuth, elevation and spin (3,), rad, of a pen; see `models.rotation.world_to_body`.
 
@@ -79,10 +92,11 @@ def pen_angles(sigma: ca.SX) -> ca.SX:
     """
     R = body_to_world(sigma)
     axis = R[:, 2]  # (cosθ cosφ, cosθ sinφ, sinθ)
-    level = ca.sqrt(axis[0] ** 2 + axis[1] ** 2)
     # The last row of R is that of B's last column: (-cosθ cosψ, cosθ sinψ, sinθ).
     return ca.vertcat(
-        ca.atan2(axis[1], axis[0]), ca.atan2(axis[2], level), ca.atan2(R[2, 1], -R[2, 0])
+        ca.atan2(axis[1], axis[0] + UPRIGHT_SHIFT),
+        ca.atan2(axis[2], _level(axis[:2])),
+        ca.atan2(R[2, 1], UPRIGHT_SHIFT - R[2, 0]),
     )
 
 

@@ -21,6 +21,7 @@ from models.errors import InputError
 from models.gaussian import GaussianState
 from models.manifold import no_inequality
 from models.names import expected_one_of, several
+from models.outputs import Outputs, TangentNames
 from models.sensor_kinds.reading import MovingBody
 from models.sensor_kinds.table import sensor_model
 from models.state_space import StateSpaceModel
@@ -38,7 +39,10 @@ class Kinematics:
     step : takes x (n,), unit noises w (n,) and Δt (s), all symbols; returns the next state
     retract, difference : of the states' manifold, on symbols; see `models.state_space`
     mean, covariance : (n,), (n, n) what is known before the first measurement
-    regularity : expression of `x`, near zero where its coordinates are singular
+    regularity : expression of `x`, near zero where its coordinates, or those that people read,
+        are singular
+    outputs : what people read of `x`; None where it is `x`
+    tangent : tangent vectors in words of motions; None where the names of `x` do
     """
 
     x: ca.SX
@@ -50,6 +54,8 @@ class Kinematics:
     mean: Array
     covariance: Array
     regularity: ca.SX
+    outputs: Outputs | None = None
+    tangent: TangentNames | None = None
 
 
 def linear_step(
@@ -142,7 +148,39 @@ def body_model(
         upper=np.full(n_x, np.inf),
         inequality=no_inequality(n_x),
         regularity=ca.Function("regularity", [x], [kinematics.regularity], ["x"], ["margin"]),
+        outputs=_outputs(kinematics.outputs, names[n_x - n_b :], units[n_x - n_b :]),
+        tangent=_tangent(kinematics.tangent, names[n_x - n_b :], units[n_x - n_b :]),
     )
+
+
+def _outputs(
+    outputs: Outputs | None, names: tuple[str, ...], units: tuple[str, ...]
+) -> Outputs | None:
+    """Return outputs with biases behind them, read as they are."""
+    if outputs is None:
+        return None
+    n_b, n = len(names), outputs.function.numel_in(0)
+    x = ca.SX.sym("x", n + n_b)
+    values = ca.vertcat(outputs.function(x[:n]), x[n:])
+    return Outputs(
+        outputs.names + names,
+        outputs.units + units,
+        ca.Function("outputs", [x], [values], ["x"], ["outputs"]),
+        outputs.wrapped + (False,) * n_b,
+    )
+
+
+def _tangent(
+    tangent: TangentNames | None, names: tuple[str, ...], units: tuple[str, ...]
+) -> TangentNames | None:
+    """Return names of tangent vectors with biases behind them."""
+    if tangent is None:
+        return None
+    n_b, n = len(names), tangent.function.numel_in(0)
+    x = ca.SX.sym("x", n + n_b)
+    turned = ca.diagcat(tangent.function(x[:n]), ca.SX.eye(n_b))
+    function = ca.Function("turned", [x], [ca.densify(turned)])
+    return TangentNames(tangent.names + names, tangent.units + units, function)
 
 
 def _transition(kinematics: Kinematics, walks: list[float]) -> ca.Function:

@@ -28,6 +28,7 @@ import casadi as ca
 from models import attitude
 from models.chains import Chain
 from models.rotation import cross_matrix
+from models.sensor_kinds.mounted import Vector3
 
 TIP, SIGMA, V, OMEGA, A, ALPHA = (slice(3 * i, 3 * i + 3) for i in range(6))
 N_FREE = 18
@@ -36,7 +37,7 @@ STATES: tuple[tuple[str, str], ...] = tuple(
     (pattern.format(axis), unit)
     for pattern, unit in (
         ("tip_{}_m", "m"),
-        ("attitude_{}", "1"),
+        ("mrp_{}", "1"),
         ("tip_{}_velocity_m_s", "m/s"),
         ("body_rate_{}_rad_s", "rad/s"),
         ("tip_{}_acceleration_m_s2", "m/s²"),
@@ -81,11 +82,26 @@ class FreeBody:
         return self.x[OMEGA]
 
 
-def step(x: ca.SX, w: ca.SX, dt: ca.SX, tip: Chain, turning: Chain) -> ca.SX:
-    """Return the 18 states after `dt` seconds with unit noises w (18,)."""
+def step(
+    x: ca.SX,
+    w: ca.SX,
+    dt: ca.SX,
+    tip: Chain,
+    turning: Chain,
+    centre_m: Vector3 = (0.0, 0.0, 0.0),
+) -> ca.SX:
+    """Return the 18 states after `dt` seconds with unit noises w (18,).
+
+    Parameters
+    ----------
+    tip, turning : chains of an axis of the tip, and of an axis of the attitude
+    centre_m : where the tip's chain has its zero
+    """
+    centre = ca.DM(centre_m)
+    placed = (x[TIP] - centre, x[V], x[A])
     F, G = tip.transition(dt), tip.factor(dt)
     moved = [
-        sum((F[i, j] * x[part] for j, part in enumerate((TIP, V, A))), ca.SX.zeros(3))
+        sum((F[i, j] * part for j, part in enumerate(placed)), ca.SX.zeros(3))
         + sum((G[i, j] * w[part] for j, part in enumerate((TIP, V, A))), ca.SX.zeros(3))
         for i in range(3)
     ]
@@ -99,7 +115,7 @@ def step(x: ca.SX, w: ca.SX, dt: ca.SX, tip: Chain, turning: Chain) -> ca.SX:
         for i in range(3)
     )
     sigma = attitude.product(x[SIGMA], attitude.exponential(turn))
-    return ca.vertcat(moved[0], sigma, moved[1], rate, moved[2], acceleration)
+    return ca.vertcat(centre + moved[0], sigma, moved[1], rate, moved[2], acceleration)
 
 
 def retract(x: ca.SX, d: ca.SX) -> ca.SX:

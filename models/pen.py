@@ -1,12 +1,14 @@
-"""The rigid-body pen with five or six degrees of freedom.
+"""The pen as a rigid body with its sensors.
 
-State, in blocks of the degrees of freedom q = (X, Y, Z, φ, θ[, ψ]):
+With six degrees of freedom it turns freely, `models.free_pen`:
 
-    x = (q, q̇, q̈, biases)
+    x = (p, σ, v, ω, a, α, biases)
 
-with constant acceleration per degree of freedom, driven by white jerk.
-(X, Y, Z) is the tip, φ the azimuth and θ the elevation of the axis from tip to
-top, ψ the spin about it; with five degrees of freedom ψ is a constant.
+p is the tip, σ its attitude (three numbers without a singularity), ω and α the rate of its body
+and the derivative. With five it cannot spin about its axis, and keeps the coordinates of [Pen],
+`models.euler_pen`: x = (q, q̇, q̈, biases), q = (X, Y, Z, φ, θ).
+
+What drives it is data, `models.motion`.
 
 References
 ----------
@@ -22,57 +24,19 @@ import casadi as ca
 import numpy as np
 
 from models.arrays import Array
-from models.body_model import (
-    Kinematics,
-    body_model,
-    check_rest,
-    choose_sensors,
-    linear_step,
-    rest_of,
-)
-from models.heading import heading_symmetry
-from models.kinematics import RigidBody
-from models.manifold import wrapped_angles
+from models.body_model import Kinematics, body_model, check_rest, choose_sensors, rest_of
+from models.euler_pen import euler_body, euler_kinematics, tip_std
+from models.free_kinematics import free_kinematics
+from models.free_pen import N_FREE, FreeBody
+from models.heading import free_heading_symmetry, heading_symmetry
+from models.kinematics import Body
 from models.paper import above_paper
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
 from models.printed import PrintedBody
-from models.process_noise import constant_acceleration, white_jerk_factor
-from models.rotation import world_to_body
 from models.sensor_kinds.reading import MovingBody
 from models.sensor_kinds.writing_area import WritingArea
 from models.state_space import StateSpaceModel
-
-_TIP = ("tip_x", "tip_y", "tip_z")
-_ANGLES = ("azimuth", "elevation", "spin")
-
-
-def kinematic_states(degrees_of_freedom: int) -> tuple[tuple[str, str], ...]:
-    """Return (name, unit) of q, q̇, q̈ in the order of the state."""
-    angles = _ANGLES[: degrees_of_freedom - 3]
-    table = (
-        ("{}_m", "{}_rad", "m", "rad"),
-        ("{}_velocity_m_s", "{}_rate_rad_s", "m/s", "rad/s"),
-        ("{}_acceleration_m_s2", "{}_acceleration_rad_s2", "m/s²", "rad/s²"),
-    )
-    return tuple(
-        (pattern.format(name), unit)
-        for tip_pattern, angle_pattern, tip_unit, angle_unit in table
-        for pattern, unit, names in (
-            (tip_pattern, tip_unit, _TIP),
-            (angle_pattern, angle_unit, angles),
-        )
-        for name in names
-    )
-
-
-def moving_pen(config: PenConfig, q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX) -> MovingBody:
-    """Return the pen as a body in symbols of its degrees of freedom."""
-    has_spin = config.degrees_of_freedom == 6
-    spin = q[5] if has_spin else ca.SX(config.fixed_spin_rad)
-    rigid = RigidBody(q, q_dot, q_ddot, q[:3], world_to_body(q[3], q[4], spin))
-    body = PrintedBody(rigid, config.printed_errors) if config.printed_errors else rigid
-    return MovingBody(body, config.gravity_m_s2, has_spin)
 
 
 def pen_model(
@@ -90,7 +54,6 @@ def pen_model(
     sensors : names from the pen file, in the order to stack them; None takes all
     writing_area : adds the pen's writing area where none of the sensors sees a position;
         False takes the sensors as they are, so position and tilt may drift without bound
-
     rest : adds the pen's sensor of rest, where its file has one, to a gyroscope; False takes
         the sensors as they are, so a still pen gains false confidence
 
@@ -101,22 +64,46 @@ def pen_model(
     """
     config = as_pen(pen)
     chosen = choose_sensors(config.sensors, sensors, f"pen {config.name}")
+    has_camera = any(sensor.sees_pose for sensor in chosen.values())
     if writing_area and not any(sensor.sees_position for sensor in chosen.values()):
         chosen |= _writing_area(config)
     if rest:
         chosen |= rest_of(config.sensors, chosen)
     check_rest(chosen, f"pen {config.name}")
-    n_q = config.degrees_of_freedom
-    q, q_dot, q_ddot = (ca.SX.sym(symbol, n_q) for symbol in ("q", "q_dot", "q_ddot"))
-    body = moving_pen(config, q, q_dot, q_ddot)
-    name = f"{config.name}, {n_q} degrees of freedom"
-    model = body_model(name, _kinematics(config, q, q_dot, q_ddot), body, chosen)
+    is_free = config.degrees_of_freedom == 6
+    kinematics, body = (_free_pen if is_free else _paper_pen)(config, has_camera)
+    moving = MovingBody(body, config.gravity_m_s2, has_spin=is_free)
+    name = f"{config.name}, {config.degrees_of_freedom} degrees of freedom"
+    model = body_model(name, kinematics, moving, chosen)
+    n_x, centre = model.n_x, _centre(chosen.values())
+    heading = (
+        free_heading_symmetry(n_x, centre_m=centre)
+        if is_free
+        else heading_symmetry(config.degrees_of_freedom, n_x, centre_m=centre)
+    )
     model = model.replace(
-        symmetries=(heading_symmetry(n_q, model.n_x, centre_m=_centre(chosen.values())),),
-        reach=np.array([config.reach_m] * 3 + [np.inf] * (model.n_x - 3)),
+        symmetries=(heading,),
+        reach=np.array([config.reach_m] * 3 + [np.inf] * (n_x - 3)),
     )
     model = model.bounded(**config.bounds)
     return model if config.paper is None else above_paper(model, config.paper)
+
+
+def _free_pen(config: PenConfig, has_camera: bool) -> tuple[Kinematics, Body]:
+    x = ca.SX.sym("x", N_FREE)
+    first = tip_std(config.motion, config.prior, has_camera=has_camera)
+    return free_kinematics(x, config.motion, config.prior, first), FreeBody(x)
+
+
+def _paper_pen(config: PenConfig, has_camera: bool) -> tuple[Kinematics, Body]:
+    n_q = config.degrees_of_freedom
+    q, q_dot, q_ddot = (ca.SX.sym(symbol, n_q) for symbol in ("q", "q_dot", "q_ddot"))
+    kinematics = euler_kinematics(
+        q, q_dot, q_ddot, config.motion, config.prior, has_camera=has_camera
+    )
+    rigid = euler_body(q, q_dot, q_ddot, config.fixed_spin_rad)
+    errors = config.printed_errors
+    return kinematics, PrintedBody(rigid, errors) if errors else rigid
 
 
 def _centre(sensors: Iterable[Any]) -> Array | None:
@@ -136,49 +123,3 @@ def _writing_area(config: PenConfig) -> dict[str, Any]:
     while name in config.sensors:
         name = f"writing_{name}"
     return {name: WritingArea(centre_m=config.prior.tip_m)}
-
-
-def _kinematics(config: PenConfig, q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX) -> Kinematics:
-    """Constant acceleration per degree of freedom, driven by white jerk."""
-    n_q, noise = config.degrees_of_freedom, config.process_noise
-    names, units = zip(*kinematic_states(n_q), strict=True)
-    densities = ca.diag(
-        ca.DM(
-            [noise.tip_jerk_density_m_s3_per_sqrt_hz] * 3
-            + [noise.angle_jerk_density_rad_s3_per_sqrt_hz] * (n_q - 3)
-        )
-    )
-    is_angle = tuple(3 <= i < n_q for i in range(len(names)))
-    mean, std = _prior(config)
-    return Kinematics(
-        x=ca.vertcat(q, q_dot, q_ddot),
-        names=names,
-        units=units,
-        step=linear_step(
-            lambda dt: ca.kron(constant_acceleration(dt), ca.SX.eye(n_q)),
-            lambda dt: ca.kron(white_jerk_factor(dt), densities),
-        ),
-        retract=lambda x, d: wrapped_angles(x + d, is_angle),
-        difference=lambda to, of: wrapped_angles(to - of, is_angle),
-        mean=mean,
-        covariance=np.diag(np.square(std)),
-        regularity=ca.cos(q[4]),
-    )
-
-
-def _prior(config: PenConfig) -> tuple[Array, Array]:
-    """Return mean and standard deviation (3 n_q,) of the kinematic states."""
-    prior, n_angles = config.prior, config.degrees_of_freedom - 3
-    mean_angles = [prior.azimuth_rad, prior.elevation_rad, prior.spin_rad][:n_angles]
-    std_angles = [prior.azimuth_std_rad, prior.elevation_std_rad, prior.spin_std_rad][:n_angles]
-    std = np.array(
-        [prior.tip_std_m] * 3
-        + std_angles
-        + [prior.velocity_std_m_s] * 3
-        + [prior.angle_rate_std_rad_s] * n_angles
-        + [prior.acceleration_std_m_s2] * 3
-        + [prior.angle_acceleration_std_rad_s2] * n_angles
-    )
-    mean = np.zeros(len(std))
-    mean[: 3 + n_angles] = [*prior.tip_m, *mean_angles]
-    return mean, std

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, PositiveFloat, ValidationInfo, field_validator
+from pydantic import Field, PositiveFloat, ValidationInfo, field_validator, model_validator
 
 from models.config import UnitConfig
+from models.motion import Motion, with_motion
 from models.paper import Paper, check_paper
 from models.printed import PrintedError, check_printed_pen
 from models.sensor_kinds.mounted import Vector3
@@ -20,16 +21,6 @@ UNIFORM_ANGLE_STD_RAD = math.pi / math.sqrt(3)
 
 Limit = Annotated[float, Field(allow_inf_nan=True)]
 """A bound in a pen file; inf leaves that side open, NaN is refused by the model."""
-
-
-class ProcessNoise(UnitConfig):
-    """Square roots of the spectral densities of white jerk.
-
-    Larger follows faster strokes and smooths less.
-    """
-
-    tip_jerk_density_m_s3_per_sqrt_hz: PositiveFloat = 100.0
-    angle_jerk_density_rad_s3_per_sqrt_hz: PositiveFloat = 1000.0
 
 
 class Prior(UnitConfig):
@@ -65,6 +56,7 @@ class PenConfig(UnitConfig):
     reach_m : standard deviation of the tip's position from which its estimate says nothing;
         a status then says so; smaller warns earlier
     fixed_spin_rad : the constant spin of a pen with five degrees of freedom
+    motion : what drives tip and attitude, see `models.motion`
     sensors : by name
     bounds : state name → (lower, upper), in the state's unit
     printed_errors : errors of [Pen] that this pen's accelerometers make, for comparison;
@@ -77,12 +69,17 @@ class PenConfig(UnitConfig):
     gravity_m_s2: PositiveFloat = 9.81
     reach_m: PositiveFloat = 2.0
     fixed_spin_rad: float = 0.0
-    process_noise: ProcessNoise = ProcessNoise()
+    motion: Motion = Motion()
     prior: Prior = Prior()
     bounds: Mapping[str, tuple[Limit, Limit]] = Field(default_factory=dict)
     sensors: Annotated[Mapping[str, Sensor], Field(min_length=1)]
     printed_errors: tuple[PrintedError, ...] = ()
     paper: Paper | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _motion_of_old_files(cls, data: Any) -> Any:
+        return with_motion(data) if isinstance(data, Mapping) else data
 
     @field_validator("printed_errors")
     @classmethod

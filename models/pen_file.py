@@ -18,6 +18,7 @@ from pydantic import ValidationError
 from models.bundled import bundled_pens as bundled_pens  # people look for it here
 from models.config import UnitConfig
 from models.errors import InputError
+from models.motion import CHAINS
 from models.names import did_you_mean, expected_one_of
 from models.pen_config import PenConfig
 from models.sensor_kinds.table import SENSOR_KINDS
@@ -114,15 +115,20 @@ def _one_sentence(error: ValidationError, where: str) -> str:
     first = error.errors(include_url=False, include_context=False)[0]
     # A discriminated union adds the kind to the location: it is not a key.
     loc = first["loc"]
-    keys = [str(part) for i, part in enumerate(loc) if loc[0] != "sensors" or i != 2]
+    tagged = loc[:1] in (("sensors",), ("motion",))
+    keys = [str(part) for i, part in enumerate(loc) if not tagged or i != 2]
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "missing":
         message = "is missing"
-    if first["type"] == "union_tag_not_found":
-        keys.append("kind")
-        message = f"is missing, expected one of {', '.join(SENSOR_KINDS)}"
-    if first["type"] == "union_tag_invalid":
-        message += did_you_mean(first["input"]["kind"], SENSOR_KINDS)
+    if first["type"].startswith("union_tag"):
+        tag, known = (
+            ("kind", SENSOR_KINDS) if loc[0] == "sensors" else ("chain", CHAINS[str(loc[1])])
+        )
+        if first["type"] == "union_tag_not_found":
+            keys.append(tag)
+            message = f"is missing, expected one of {', '.join(known)}"
+        else:
+            message += did_you_mean(first["input"][tag], known)
     more = error.error_count() - 1
     rest = f" (and {more} more)" if more else ""
     return f"{where}: key {'.'.join(keys) or '(top level)'}: {message}{rest}"

@@ -20,10 +20,10 @@ from models.arrays import Array
 from models.errors import InputError
 from models.motions import Motion
 from models.noisy_readings import digitised, noisy_readings, touching
-from models.pen import kinematic_states
 from models.random_streams import Seed, seed_sequence, stream
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
+from models.true_path import true_path
 from models.units import TIME_DIGITS
 
 MOST_SAMPLES = 10_000_000
@@ -123,11 +123,7 @@ def true_states(
     A pen of five degrees of freedom has no spin among its states: its sensors read with
     the pen's fixed spin, whatever the motion's.
     """
-    names = [name for name, _ in kinematic_states(6)]
-    path = np.hstack([motion.q, motion.q_dot, motion.q_ddot])
-    return states_along(
-        model, motion.time_s, dict(zip(names, path.T, strict=True)), seed, times or {}
-    )
+    return states_along(model, motion.time_s, true_path(motion), seed, times or {})
 
 
 def states_along(

@@ -19,12 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.arrays import Array
+from models.bounds import split_bounds
 from models.errors import InputError
 from models.feasibility import Constraints, check_feasible
 from models.gaussian import GaussianState
-from models.model_checks import check_bound, check_conditions, check_needs, check_prior, check_sizes
+from models.model_checks import check_conditions, check_needs, check_prior, check_sizes
 from models.model_text import model_html, model_text
 from models.names import did_you_mean, several
+from models.outputs import Outputs, TangentNames
 from models.sensor_model import SensorModel
 
 
@@ -49,6 +51,8 @@ class StateSpaceModel:
         choice of sensors may not show; `estimation.symmetry` finds out whether it does
     conditions : (n_g, n_y) readings that an instant must have for a row of the inequality to
         be demanded; None demands every row always
+    outputs : what people read of a state; None where they read the state
+    tangent : tangent vectors in words of motions; None where the state's names do
     """
 
     name: str
@@ -66,6 +70,8 @@ class StateSpaceModel:
     reach: Array | None = None
     symmetries: tuple[ca.Function, ...] = ()
     conditions: NDArray[np.bool_] | None = None
+    outputs: Outputs | None = None
+    tangent: TangentNames | None = None
 
     def __post_init__(self) -> None:
         n_x = self.n_x
@@ -193,17 +199,19 @@ class StateSpaceModel:
     def bounded(self, **bounds: tuple[float, float]) -> StateSpaceModel:
         """Return a copy with (lower, upper) bounds on states given by name.
 
+        Bounds on an output that is no state (a pen's elevation) are inequalities.
+
         Raises
         ------
         InputError
-            If a state is unknown, a bound is empty, or no state meets them all.
+            If a name is unknown, a bound is empty, or no state meets them all.
         """
         lower, upper = self.lower.copy(), self.upper.copy()
-        for state, (low, high) in bounds.items():
-            check_bound(self.name, self.state_names, state, (low, high))
-            index = self.state_names.index(state)
-            lower[index], upper[index] = low, high
-        return self.replace(lower=lower, upper=upper)._feasible()
+        rows = split_bounds(self.name, bounds, self.state_names, self.outputs, lower, upper)
+        model = self.replace(lower=lower, upper=upper)._feasible()
+        for row in rows:
+            model = model.constrained(row)
+        return model
 
     def constrained(
         self, inequality: Callable[[ca.SX], ca.SX], needs: Iterable[str] | None = None

@@ -46,7 +46,7 @@ class HistoryComparison:
         """
         import pandas as pd
 
-        known = {name for h in self.histories.values() for name in h.state_names}
+        known = {name for h in self.histories.values() for name in h.names}
         columns = error_columns(self.states, known)
         rows = [self._row(history, columns) for history in self.histories.values()]
         return pd.DataFrame(rows, index=pd.Index(list(self.histories), name="history"))
@@ -60,9 +60,9 @@ class HistoryComparison:
         rms = (
             {}
             if self.truth is None
-            else root_mean_square(history, history.errors(self.truth), columns)
+            else root_mean_square(history.names, history.errors(self.truth), columns)
         )
-        claimed = root_mean_square(history, history.std, columns)
+        claimed = root_mean_square(history.names, history.values_std, columns)
         row: dict[str, Any] = {}
         for column in columns:
             if self.truth is not None and set(columns[column][0]) & set(self.truth.names):
@@ -116,7 +116,7 @@ def compare(
     for label, history in histories.items():
         if len(history) == 0:
             raise InputError(f"the history {label} has no steps, expected at least one")
-    known = list(dict.fromkeys(name for h in histories.values() for name in h.state_names))
+    known = list(dict.fromkeys(name for h in histories.values() for name in h.names))
     for name in states or ():
         if name not in known:
             raise unknown("state", name, known)

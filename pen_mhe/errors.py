@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Protocol
 
 import numpy as np
 
 from estimation.estimate import EstimateHistory
 from estimation.observability import Verdict
+from estimation.outputs import outputs_of
 from estimation.recording import Truth
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -23,7 +23,10 @@ ERROR_COLUMNS: Mapping[str, tuple[tuple[str, ...], float]] = MappingProxyType(
         "elevation_deg": (("elevation_rad",), 180 / math.pi),
         "spin_deg": (("spin_rad",), 180 / math.pi),
         "rates_deg_s": (
-            ("azimuth_rate_rad_s", "elevation_rate_rad_s", "spin_rate_rad_s"),
+            (
+                *("azimuth_rate_rad_s", "elevation_rate_rad_s", "spin_rate_rad_s"),
+                *("body_rate_x_rad_s", "body_rate_y_rad_s", "body_rate_z_rad_s"),
+            ),
             180 / math.pi,
         ),
     }
@@ -36,9 +39,9 @@ NOT_OBSERVABLE = "not observable"
 
 
 def state_errors(model: StateSpaceModel, history: EstimateHistory, truth: Truth) -> Array:
-    """Return estimate minus truth (n, n_x) at the estimates' instants.
+    """Return estimate minus truth (n, n_o) at the estimates' instants, of `history.names`.
 
-    States that the truth does not name have NaN.
+    Names that the truth does not name have NaN.
 
     Raises
     ------
@@ -48,31 +51,23 @@ def state_errors(model: StateSpaceModel, history: EstimateHistory, truth: Truth)
     return replace(history, difference=model.difference).errors(truth)
 
 
-class Named(Protocol):
-    """What names its states: a model, or a history."""
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """(n_x,)"""
-
-
 def root_mean_square(
-    model: Named, errors: Array, columns: Mapping[str, tuple[tuple[str, ...], float]]
+    names: Sequence[str], errors: Array, columns: Mapping[str, tuple[tuple[str, ...], float]]
 ) -> dict[str, float]:
     """Return the RMS error per column; the norm over its states where it has several.
 
-    Instants without truth do not count; a column none of whose states the model
-    has, or without any truth, is left out.
+    Instants without truth do not count; a column none of whose states is among the names,
+    or without any truth, is left out.
 
     Parameters
     ----------
-    model : names the columns of `errors`
-    errors : (n, n_x)
+    names : (n_o,) of the columns of `errors`
+    errors : (n, n_o)
     columns : as `ERROR_COLUMNS`
     """
     result = {}
     for column, (states, factor) in columns.items():
-        index = [model.state_names.index(state) for state in states if state in model.state_names]
+        index = [names.index(state) for state in states if state in names]
         if index:
             squared = (errors[:, index] ** 2).sum(axis=1)
             known = squared[~np.isnan(squared)]
@@ -97,7 +92,7 @@ def rms_errors(
     """
     errors = state_errors(model, history, truth)
     return root_mean_square(
-        model, errors[history.time_s >= history.time_s[0] + after_s], ERROR_COLUMNS
+        history.names, errors[history.time_s >= history.time_s[0] + after_s], ERROR_COLUMNS
     )
 
 
@@ -106,7 +101,7 @@ def seen_only(
 ) -> dict[str, float | str]:
     """Return values by column of `ERROR_COLUMNS`, `NOT_OBSERVABLE` where a state is not seen."""
     states = {
-        column: [name for name in ERROR_COLUMNS[column][0] if name in model.state_names]
+        column: [name for name in ERROR_COLUMNS[column][0] if name in outputs_of(model).names]
         for column in values
     }
     return {

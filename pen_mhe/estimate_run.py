@@ -176,11 +176,11 @@ def _true_rms(
     known = {
         column: entry
         for column, entry in ERROR_COLUMNS.items()
-        if set(entry[0]) & set(model.state_names) <= set(truth.names)
+        if set(entry[0]) & set(history.names) <= set(truth.names)
     }
     errors = state_errors(model, history, truth)
-    rms = root_mean_square(model, errors, known)
-    if np.isnan(errors).any():
+    rms = root_mean_square(history.names, errors, known)
+    if not _has_nees(model, recording):
         return dict(rms)
     return seen_only(model, rms, judge(model, recording))
 

@@ -31,7 +31,7 @@ def estimate_figure(
     history: EstimateHistory, ink: InkMatch | None = None, *, truth: Truth | None = None
 ) -> Figure:
     """Draw the tip's path (over the ink, where there is a scan), the angles and the step times."""
-    angles = [pair for pair in ANGLES if pair[0] in history.state_names]
+    angles = [pair for pair in ANGLES if pair[0] in history.names]
     figure = new_figure(11, 6.5)
     grid = figure.add_gridspec(len(angles) + 1, 2, width_ratios=(3, 2))
     path = figure.add_subplot(grid[:, 0])
@@ -74,9 +74,8 @@ def _draw_path(
 
 
 def _draw_angle(axes: Axes, history: EstimateHistory, state: str, truth: Truth | None) -> None:
-    index = history.state_names.index(state)
-    value = np.degrees(np.unwrap(history.mean[:, index]))
-    band = 2 * np.degrees(history.std[:, index])
+    value = np.degrees(np.unwrap(history.column(state)))
+    band = 2 * np.degrees(history.std_of(state))
     # The first instants are as wide as the prior and would hide the rest.
     settled = value[len(value) // 10 :]
     margin = 5 + 0.1 * np.ptp(settled)

@@ -7,6 +7,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from estimation.outputs import outputs_of
 from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
@@ -116,9 +117,13 @@ def _record(
     stamped = arrival_times(model, captured) if stamps == "arrival" else captured
     time_s, root = union_of_times(captured, stamped), seed_sequence(seed)
     states = truth(time_s, captured, root)
+    outputs = outputs_of(model)
+    more = [name for name in outputs.names if name not in model.state_names]
+    columns = [outputs.names.index(name) for name in more]
+    values = np.hstack([states, outputs.function(states.T).full().T[:, columns]])
     readings = simulate_readings(model, captured, time_s, states, root).sensors
     return Recording.from_sensors(
         f"{name} (simulated)",
         {key: (stamped[key], values) for key, (_, values) in readings.items()},
-        truth=Truth(time_s, model.state_names, states),
+        truth=Truth(time_s, (*model.state_names, *more), values),
     )

@@ -50,7 +50,6 @@ def state_series(
     quantity, unit : name and unit to show it with
     factor : from the model's unit to that one
     """
-    column = history.state_names.index(state)
     true: Array | None = None
     if truth is not None:
         true = factor * truth.states([state], history.time_s)[:, 0]
@@ -58,7 +57,7 @@ def state_series(
         quantity,
         unit,
         history.time_s,
-        factor * history.mean[:, column],
-        factor * history.std[:, column],
+        factor * history.column(state),
+        factor * history.std_of(state),
         true,
     )

@@ -10,6 +10,7 @@ import numpy as np
 from estimation.estimator import remarks
 from estimation.kalman_stage import Update
 from estimation.layout import Layout
+from estimation.outputs import derived_outputs
 from estimation.rest_detector import RestDetector
 from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
@@ -64,6 +65,7 @@ class InterpretedWindow:
         clock: Clock | None = None,
     ) -> None:
         self.memory, self.result = memory, result_layout(model)
+        self._derived = derived_outputs(model)
         self._model, self._config, self._scheme = model, config, config.scheme
         self._pass, self._rest = WindowPass(model, config), RestDetector(model)
         self._slider = WindowSlider(model, config, memory, self._pass)
@@ -78,7 +80,9 @@ class InterpretedWindow:
         window = View.of(self.memory, given)
         if len(window.times) and time_s < window.times[-1]:
             newest_s = float(window.times[-1])
-            late = report(self.result, newest_s, window.newest, None, Status.LATE, iterations=0)
+            late = report(
+                self.result, self._derived, newest_s, window.newest, None, Status.LATE, iterations=0
+            )
             return given.copy(), late
         dt = time_s - float(window.times[-1]) if len(window.times) else 0.0
         rest, y = self._rest.step(self._rest.part(self.memory, given), dt, y)
@@ -132,7 +136,7 @@ class InterpretedWindow:
     def _report(self, window: View, state: GaussianState, solved: Solved, status: Status) -> Array:
         figures = solved.iterations, solved.cost, solved.kkt
         time_s = float(window.times[-1])
-        return report(self.result, time_s, state, solved.newest, status, *figures)
+        return report(self.result, self._derived, time_s, state, solved.newest, status, *figures)
 
     def _only_predict(self, old: View, window: View) -> tuple[GaussianState, Solved]:
         """Return the newest state as predicted from the last estimate."""

@@ -18,8 +18,8 @@ import pandas as pd
 from models.arrays import Array
 from models.errors import InputError
 from models.names import did_you_mean
-from models.pen import kinematic_states
 from models.pen_config import PenConfig
+from models.true_path import TRUE_NAMES
 from models.units import TIME_DIGITS, UNITS, accepted_names
 
 TIME, TRUTH_PREFIX = "time", "true_"
@@ -50,7 +50,7 @@ def recording_columns(pen: PenConfig, units: Mapping[str, str]) -> dict[str, Col
         a unit of something else (a camera's positions in mm, its angles in rad)
     """
     columns = {f"{TIME}_{unit}": Column(TIME, unit, f) for unit, f in UNITS["s"].items()}
-    states = [state for state, _ in kinematic_states(6)]
+    states = list(TRUE_NAMES)
     for sensor, config in pen.sensors.items():
         states += config.bias_states(sensor).names
         for axis, si_unit in config.reading_axes:

@@ -132,7 +132,6 @@ def _elevation(
     task: Task, pen: PenConfig, history: EstimateHistory, recording: Recording
 ) -> tuple[Series, ...]:
     times, elevation = camera_elevation(pen, recording)
-    column = history.state_names.index("elevation_rad")
     kept = (history.time_s >= times[0]) & (history.time_s <= times[-1])
     at = history.time_s[kept]
     return (
@@ -140,8 +139,8 @@ def _elevation(
             "elevation",
             "deg",
             at,
-            DEG * history.mean[kept, column],
-            DEG * history.std[kept, column],
+            DEG * history.column("elevation_rad")[kept],
+            DEG * history.std_of("elevation_rad")[kept],
             DEG * np.interp(at, times, elevation),
         ),
     )
