@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,11 @@ from estimation.status import Status
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
+
+FIRST: Mapping[str, float] = MappingProxyType({"FIRST_UPDATES": 20, "FIRST_SETTLED": 1e-3})
+"""Macros of filter.c: how often an update with first readings is linearised anew at most, and how
+far, in standard deviations, its posterior then may be from where it was linearised. Starts wrong by
+up to 90° and told so take 3 to 12, by 170° some the whole number."""
 
 
 class InterpretedFilter:
@@ -52,16 +59,19 @@ class InterpretedFilter:
         if (rejected := self._gated(update)).any():
             status |= Status.GATED
             update = self._stage.update(predicted, y, present & ~rejected)
-        gaussian = update.state
+        seen, updates, gaussian = self._seen(given, update), 1, update.state
+        if (seen != at.view(given, "seen")).any():
+            gaussian, updates = self._settled(predicted, y, update)
         if not (np.isfinite(gaussian.mean).all() and np.isfinite(gaussian.covariance).all()):
             status |= Status.NOT_FINITE
-            gaussian = predicted
+            gaussian, seen = predicted, at.view(given, "seen")
         status |= remarks(model, gaussian, y, update.present)
-        result = report(self.result, self._derived, time_s, gaussian, first, status)
+        result = report(self.result, self._derived, time_s, gaussian, first, status, updates)
         memory = np.empty(at.size)
         at.view(memory, "time_s")[...] = time_s
         at.view(memory, "mean")[:] = gaussian.mean
         at.view(memory, "covariance")[:] = gaussian.covariance
+        at.view(memory, "seen")[:] = seen
         self._rest.part(at, memory)[:] = rest
         self.result.view(result, "step_time_s")[...] = time.perf_counter() - start
         return memory, result
@@ -69,6 +79,31 @@ class InterpretedFilter:
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Return the state after n measurements and what each step says, (n, result.size)."""
         return stepped(self, self._model.n_y, given, time_s, y)
+
+    def _seen(self, given: Array, update: Update) -> Array:
+        """Return which sensors' readings were ever used (n_sensors,), with those of an update."""
+        seen = self.memory.view(given, "seen").copy()
+        used, start = update.present & self._model.measured_rows, 0
+        for i, sensor in enumerate(self._model.sensors):
+            seen[i] = max(seen[i], float(used[start : start + sensor.n_r].any()))
+            start += sensor.n_r
+        return seen
+
+    def _settled(
+        self, predicted: GaussianState, y: Array, update: Update
+    ) -> tuple[GaussianState, int]:
+        """Return an update linearised at its own posterior, and how many it took."""
+        state, present, updates = update.state, update.present, 1
+        while updates < FIRST["FIRST_UPDATES"]:
+            d_minus = -self._stage.difference(state.mean, predicted.mean)
+            again = self._stage.update(predicted, y, present, state.mean, d_minus)
+            if not np.isfinite(again.deviation).all():
+                break
+            largest = (np.abs(again.deviation) / state.std).max()
+            if not largest > FIRST["FIRST_SETTLED"]:
+                break
+            state, updates = again.state, updates + 1
+        return state, updates
 
     def _gated(self, update: Update) -> NDArray[np.bool_]:
         """Return the rows (n_r,) of sensors whose readings are too far off."""
