@@ -135,9 +135,8 @@ class Ekf:
         end = 1 + n_x + n_x * n_x
         seen = end + len(self.model.sensors)
         gaussian = GaussianState(memory[1 : n_x + 1], memory[n_x + 1 : end].reshape(n_x, n_x))
-        return EkfState(
-            None if math.isnan(time_s) else time_s, gaussian, memory[end:seen], memory[seen:]
-        )
+        time_s = None if math.isnan(memory.item(0)) else memory.item(0)
+        return EkfState(time_s, gaussian, memory[end:seen], memory[seen:])
 
 
 def filter_memory(model: StateSpaceModel) -> Layout:
