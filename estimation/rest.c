@@ -2,6 +2,7 @@
  * state are the blocks rest_... of an estimator's. Behind the declarations of Memory and Rest. */
 #if RESTS
 
+#define REST_END(r, at) ((at)->rest_square + (REST_BLOCKS + 1) * (r)->n)
 #define REST_AT(name, block) (memory + at->name + (block) * r->n)
 
 /* Take the blocks from `first` to before `end` together, for one axis: number, mean, sum of
@@ -55,11 +56,8 @@ static int rest_take(const Model *m, const Rest *r, const Memory *at, real *memo
     }
     if (!present) return 0;
     if (disturbed || memory[at->rest_since] > r->gap_s) {
-        memory[at->rest_closed] = memory[at->rest_since] = 0;
-        memset(memory + at->rest_age, 0, (REST_BLOCKS + 1) * sizeof(real));
-        memset(memory + at->rest_n, 0, (size_t)((REST_BLOCKS + 1) * r->n) * sizeof(real));
-        memset(memory + at->rest_mean, 0, (size_t)((REST_BLOCKS + 1) * r->n) * sizeof(real));
-        memset(memory + at->rest_square, 0, (size_t)((REST_BLOCKS + 1) * r->n) * sizeof(real));
+        const integer window = REST_END(r, at) - at->rest_closed;
+        memset(memory + at->rest_closed, 0, (size_t)window * sizeof(real));
     }
     const integer block = (integer)memory[at->rest_closed];
     real *age = memory + at->rest_age + block;
@@ -79,8 +77,9 @@ static int rest_take(const Model *m, const Rest *r, const Memory *at, real *memo
     return 1;
 }
 
-/* Whether the blocks and the newest readings are those of a resting body. */
-static int rests(const Rest *r, const Memory *at, const real *memory, const real *y)
+/* Whether the blocks and the newest readings are those of a still body, with a rate that may be
+ * bias. The axes' means go to r->mean. */
+static int is_still(const Rest *r, const Memory *at, const real *memory, const real *y)
 {
     if (memory[at->rest_closed] < REST_BLOCKS) return 0;
     for (integer g = 0; g < r->n_gyroscopes; g++) r->turn[g] = -r->largest_square[g];
@@ -89,9 +88,9 @@ static int rests(const Rest *r, const Memory *at, const real *memory, const real
         rest_join(r, at, memory, i, 0, REST_BLOCKS / 2, a);
         rest_join(r, at, memory, i, REST_BLOCKS / 2, REST_BLOCKS + 1, b);
         if (a[0] < REST_FEWEST || b[0] < REST_FEWEST) return 0;
-        const real n = a[0] + b[0], apart = b[1] - a[1];
+        const real n = r->number[i] = a[0] + b[0], apart = b[1] - a[1];
         const real variance = r->noise_std[i] * r->noise_std[i];
-        const real mean = a[1] + apart * b[0] / n;
+        const real mean = r->mean[i] = a[1] + apart * b[0] / n;
         const real square = a[2] + b[2] + apart * apart * a[0] * b[0] / n;
         const real chance = (real)REST_HALVES * (real)REST_HALVES * (1 / a[0] + 1 / b[0]);
         const real spread = r->spread_factor * r->spread_factor * variance;
@@ -109,21 +108,55 @@ static int rests(const Rest *r, const Memory *at, const real *memory, const real
     return 1;
 }
 
+/* Whether the still body's rate is that of the last rest, but for what biases walk. */
+static int is_known(const Rest *r, const Memory *at, const real *memory)
+{
+    for (integer g = 0; g < r->n_gyroscopes; g++) r->apart[g] = 0;
+    for (integer i = 0; i < r->n; i++) {
+        if (r->gyroscope[i] < 0) continue;
+        const real n = r->number[i], variance = r->noise_std[i] * r->noise_std[i];
+        const real apart = r->mean[i] - memory[at->rest_bias + i];
+        r->apart[r->gyroscope[i]] +=
+            apart * apart - 2 * (real)REST_HALVES * (real)REST_HALVES * variance / n
+            - r->walk_square[i] * memory[at->rest_ago];
+    }
+    for (integer g = 0; g < r->n_gyroscopes; g++)
+        if (!(r->apart[g] < 0)) return 0;
+    return 1;
+}
+
+/* Whether the body rests, `dt` after the measurement before. */
+static int rests(const Rest *r, const Memory *at, real *memory, real dt, const real *y)
+{
+    if (!is_still(r, at, memory, y)) {
+        memory[at->rest_waits] = 0;
+        return 0;
+    }
+    if (memory[at->rest_known] != 0 && !is_known(r, at, memory)) {
+        memory[at->rest_waits] += dt;
+        if (!(memory[at->rest_waits] > r->patience_s)) return 0;
+    }
+    memory[at->rest_known] = 1;
+    memory[at->rest_ago] = memory[at->rest_waits] = 0;
+    copy(memory + at->rest_bias, r->mean, r->n);
+    return 1;
+}
+
 /* Follow the readings of a measurement `dt` after the one before; returns them with that of rest.
  * The rest_... blocks of `given` go to `memory`. */
 static const real *with_rest(const Model *m, const Rest *r, const Memory *at, const real *given,
                              real *memory, real dt, const real *y)
 {
-    const integer first = at->rest_told, size = at->rest_square + (REST_BLOCKS + 1) * r->n - first;
     int turns = 0;
-    copy(memory + first, given + first, size);
+    copy(memory + at->rest_told, given + at->rest_told, REST_END(r, at) - at->rest_told);
+    memory[at->rest_ago] += dt;
     copy(r->y, y, m->n_y);
     const int still = rest_take(m, r, at, memory, dt, y);
     for (integer i = 0; i < r->count; i++)
         if (isfinite(y[r->first + i])) memory[at->rest_told] = 1;
     for (integer i = 0; i < r->n; i++)
         if (r->gyroscope[i] >= 0 && !isnan(y[r->column[i]])) turns = 1;
-    if (memory[at->rest_told] == 0 && turns && still && rests(r, at, memory, y))
+    if (memory[at->rest_told] == 0 && turns && still && rests(r, at, memory, dt, y))
         for (integer i = 0; i < r->count; i++) r->y[r->first + i] = 0;
     return r->y;
 }

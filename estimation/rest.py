@@ -6,7 +6,9 @@ It rests while over the window of `models.sensor_model.RestRule`
   noise, and the newest reading is within twice that of the mean,
 - the means of both halves of the window differ by less than the noise and less than chance
   would have it (`HALVES` standard errors),
-- the mean rate of every gyroscope, as a vector, is below what its bias can be.
+- the mean rate of every gyroscope, as a vector, is below what its bias can be, and no farther
+  from that of the last rest than its bias has walked since: what differs is a slow turn, unless
+  it stays for `PATIENCE` windows.
 
 A gap, a reading at its sensor's limit, or a reading that never changes where its noise should
 show ends rest, or keeps it from beginning. The window is kept as `BLOCKS` blocks of (number, mean,
@@ -41,6 +43,11 @@ NEWEST = 2.0
 LARGEST_BIAS = 4.0
 """Standard deviations of a gyroscope's bias that its mean rate may have. One pen in 900 has a
 larger bias and never rests; with 3, one in 34 had. A turn slower than this is taken for bias."""
+WALKED = 4.0
+"""Standard deviations that a bias may have walked since the last rest."""
+PATIENCE = 20.0
+"""Windows after which a rate that differs from the last rest's is bias after all: no hand turns a
+pen so evenly for so long, and a bias that a knock has moved is not lost for ever."""
 ROUNDING = 1e-3
 """Part of a block's length within which it is full."""
 CONSTANTS: Mapping[str, float] = {
@@ -63,6 +70,7 @@ class RestAxes:
     may_repeat : (n,) whether a resting axis may read the same all the time: where the
         quantiser's step is larger than twice the noise
     gyroscope : (n,) number of the gyroscope it belongs to, -1 for accelerometers
+    walk_square : (n,) growth of the square of what its bias may have walked, 0 for accelerometers
     largest_square : (n_gyroscopes,) square of the largest bias, rad²/s²
     first, count : columns of the sensor of rest
     """
@@ -71,6 +79,7 @@ class RestAxes:
     noise_std: Array
     may_repeat: NDArray[np.bool_]
     gyroscope: NDArray[np.int64]
+    walk_square: Array
     largest_square: Array
     first: int
     count: int
@@ -91,6 +100,7 @@ def rest_axes(model: StateSpaceModel) -> RestAxes:
     noise: list[float] = []
     may_repeat: list[bool] = []
     gyroscope: list[int] = []
+    walk: list[float] = []
     largest: list[float] = []
     first = start = 0
     for sensor in model.sensors:
@@ -101,6 +111,7 @@ def rest_axes(model: StateSpaceModel) -> RestAxes:
             noise += sensor.noise_std.tolist()
             may_repeat += (sensor.drawn_std < sensor.resolution / 2).tolist()
             gyroscope += [len(largest) if sensor.reads_rate else -1] * sensor.n_y
+            walk += [(WALKED * sensor.bias_walk) ** 2 * sensor.reads_rate] * sensor.n_y
         if sensor.reads_rate:
             largest.append(_largest_bias(model, sensor, told))
         start += sensor.n_y
@@ -109,6 +120,7 @@ def rest_axes(model: StateSpaceModel) -> RestAxes:
         np.array(noise, dtype=float),
         np.array(may_repeat, dtype=bool),
         np.array(gyroscope, dtype=np.int64),
+        np.array(walk, dtype=float),
         np.square(np.array(largest, dtype=float)),
         first,
         sensor_of_rest.n_y,
@@ -128,13 +140,17 @@ def rest_blocks(model: StateSpaceModel) -> Mapping[str, tuple[int, ...]]:
 
     All zero before the first measurement. ``rest_told`` is 1 once a reading of rest was given
     from outside, ``rest_closed`` how many blocks are full, ``rest_since`` the time since the last
-    inertial reading, ``rest_age`` how long each block is.
+    inertial reading, ``rest_age`` how long each block is; ``rest_known`` 1 once there was rest,
+    ``rest_ago`` the time since, ``rest_bias`` the means then, ``rest_waits`` for how long another
+    mean has been refused.
     """
     if detected_rest(model) is None:
         return {}
     n = len(rest_axes(model).column)
     return {
-        **dict.fromkeys(("rest_told", "rest_closed", "rest_since"), ()),
+        **dict.fromkeys(("rest_told", "rest_known", "rest_ago", "rest_waits"), ()),
+        "rest_bias": (n,),
+        **dict.fromkeys(("rest_closed", "rest_since"), ()),
         "rest_age": (BLOCKS + 1,),
         **dict.fromkeys(("rest_n", "rest_mean", "rest_square"), (BLOCKS + 1, n)),
     }
@@ -146,21 +162,26 @@ def rest_fields(model: StateSpaceModel) -> dict[str, Any]:
     if sensor is None or sensor.rest is None:
         return {}
     axes = rest_axes(model)
+    n = len(axes.column)
     return {
         "rest": {
-            "n": len(axes.column),
+            "n": n,
             "n_gyroscopes": len(axes.largest_square),
             "column": axes.column,
             "noise_std": axes.noise_std,
             "may_repeat": axes.may_repeat,
             "gyroscope": axes.gyroscope,
+            "walk_square": axes.walk_square,
             "largest_square": axes.largest_square,
             "first": axes.first,
             "count": axes.count,
             "spread_factor": float(sensor.rest.spread_factor),
             "block_s": float(block_s(sensor.rest.window_s)),
             "gap_s": float(GAP * sensor.rest.window_s),
+            "patience_s": float(PATIENCE * sensor.rest.window_s),
+            **{name: np.zeros(n) for name in ("number", "mean")},
             "turn": np.zeros(len(axes.largest_square)),
+            "apart": np.zeros(len(axes.largest_square)),
             "y": np.zeros(model.n_y),
         }
     }

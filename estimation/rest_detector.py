@@ -13,6 +13,7 @@ from estimation.rest import (
     GAP,
     HALVES,
     NEWEST,
+    PATIENCE,
     block_s,
     detected_rest,
     rest_axes,
@@ -21,6 +22,9 @@ from estimation.rest import (
 from models.arrays import Array
 from models.sensor_model import RestRule
 from models.state_space import StateSpaceModel
+
+WINDOW = ("rest_closed", "rest_since", "rest_age", "rest_n", "rest_mean", "rest_square")
+"""Blocks of the state that begin anew with the window."""
 
 
 class RestDetector:
@@ -60,12 +64,13 @@ class RestDetector:
         at = {block: self.layout.view(memory, block) for block in self.layout.shapes}
         readings = y[axes.column]
         present = ~np.isnan(readings)
-        is_still = self._take(at, dt, readings, rule)
+        at["rest_ago"][...] += dt
+        goes_on = self._take(at, dt, readings, rule)
         own = slice(axes.first, axes.first + axes.count)
         if np.isfinite(y[own]).any():
             at["rest_told"][...] = 1
         turns = present & (axes.gyroscope >= 0)
-        if at["rest_told"] == 0 and turns.any() and is_still and self._rests(at, readings, rule):
+        if at["rest_told"] == 0 and turns.any() and goes_on and self._rests(at, dt, readings, rule):
             y = y.copy()
             y[own] = 0
         return memory, y
@@ -78,8 +83,8 @@ class RestDetector:
             return False
         is_disturbed = not (np.abs(readings) < self._limit)[present].all()
         if is_disturbed or at["rest_since"] > GAP * rule.window_s:
-            for name, block in at.items():
-                block[...] = at["rest_told"] if name == "rest_told" else 0
+            for name in WINDOW:
+                at[name][...] = 0
         k = int(at["rest_closed"])
         at["rest_age"][k] += at["rest_since"]
         at["rest_since"][...] = 0
@@ -94,15 +99,45 @@ class RestDetector:
             _close(at)
         return True
 
-    def _rests(self, at: Mapping[str, Array], readings: Array, rule: RestRule) -> bool:
-        """Return whether the blocks and the newest readings are those of a resting body."""
-        if at["rest_closed"] < BLOCKS:
+    def _rests(self, at: Mapping[str, Array], dt: float, readings: Array, rule: RestRule) -> bool:
+        """Return whether the body rests, `dt` after the measurement before."""
+        n, mean, is_still = self._still(at, readings, rule)
+        if not is_still:
+            at["rest_waits"][...] = 0
             return False
+        if at["rest_known"] != 0 and not self._is_known(at, n, mean):
+            at["rest_waits"][...] += dt
+            if not at["rest_waits"] > PATIENCE * rule.window_s:
+                return False
+        at["rest_known"][...] = 1
+        at["rest_ago"][...] = at["rest_waits"][...] = 0
+        at["rest_bias"][:] = mean
+        return True
+
+    def _is_known(self, at: Mapping[str, Array], n: Array, mean: Array) -> bool:
+        """Return whether a still body's rate is that of the last rest, but for a bias' walk."""
+        axes = self._axes
+        apart, more = np.zeros(len(axes.largest_square)), mean - at["rest_bias"]
+        variance = np.square(axes.noise_std)
+        for i in np.flatnonzero(axes.gyroscope >= 0):
+            apart[axes.gyroscope[i]] += (
+                more[i] * more[i]
+                - 2 * HALVES * HALVES * variance[i] / n[i]
+                - axes.walk_square[i] * at["rest_ago"]
+            )
+        return bool((apart < 0).all())
+
+    def _still(
+        self, at: Mapping[str, Array], readings: Array, rule: RestRule
+    ) -> tuple[Array, Array, bool]:
+        """Return numbers and means of the window, and whether it is that of a still body."""
+        if at["rest_closed"] < BLOCKS:
+            return readings, readings, False
         axes, half = self._axes, BLOCKS // 2
         n_1, mean_1, square_1 = _joined(at, 0, half)
         n_2, mean_2, square_2 = _joined(at, half, BLOCKS + 1)
         if (n_1 < FEWEST).any() or (n_2 < FEWEST).any():
-            return False
+            return n_1, mean_1, False
         n, apart, variance = n_1 + n_2, mean_2 - mean_1, np.square(axes.noise_std)
         mean = mean_1 + apart * n_2 / n
         square = square_1 + square_2 + apart * apart * n_1 * n_2 / n
@@ -118,7 +153,7 @@ class RestDetector:
         turn = -axes.largest_square
         for i in np.flatnonzero(axes.gyroscope >= 0):
             turn[axes.gyroscope[i]] += mean[i] * mean[i] - HALVES * HALVES * variance[i] / n[i]
-        return bool(is_still.all() and (turn < 0).all())
+        return n, mean, bool(is_still.all() and (turn < 0).all())
 
 
 def _close(at: Mapping[str, Array]) -> None:
