@@ -45,7 +45,7 @@ LARGEST_BIAS = 4.0
 larger bias and never rests; with 3, one in 34 had. A turn slower than this is taken for bias."""
 WALKED = 4.0
 """Standard deviations that a bias may have walked since the last rest."""
-PATIENCE = 20.0
+PATIENCE = 60.0
 """Windows after which a rate that differs from the last rest's is bias after all: no hand turns a
 pen so evenly for so long, and a bias that a knock has moved is not lost for ever."""
 ROUNDING = 1e-3
