@@ -35,14 +35,21 @@ def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
     return tuple(name for name in pen.sensors if name in recording.readings)
 
 
-def told_rest(pen: PenConfig, recording: Recording) -> PenConfig:
-    """Return the pen with its sensor of rest read, not detected, where the recording tells rest."""
+def with_told_rest(
+    pen: PenConfig, recording: Recording, sensors: Sequence[str]
+) -> tuple[PenConfig, tuple[str, ...]]:
+    """Return pen and sensors with rest as the recording tells it; as they are where it does not.
+
+    The pen's sensor of rest is then read instead of detected, and goes with any gyroscope.
+    """
     told = {
         name: sensor.model_copy(update={"is_detected": False})
         for name, sensor in pen.sensors.items()
         if sensor.makes_readings and name in recording.readings
     }
-    return pen.model_copy(update={"sensors": {**pen.sensors, **told}}) if told else pen
+    has_rate = any(pen.sensors[name].reads_rate for name in sensors if name in pen.sensors)
+    more = [name for name in told if has_rate and name not in sensors]
+    return pen.model_copy(update={"sensors": {**pen.sensors, **told}}), (*sensors, *more)
 
 
 def estimate_recording(
@@ -78,7 +85,10 @@ def estimate_recording(
     """
     recording = loaded.recording
     chosen = tuple(sensors or default_sensors(pen, recording))
-    pen = told_rest(pen, recording)
+    if rest:
+        pen, chosen = with_told_rest(pen, recording, chosen)
+    elif sensors is None:
+        chosen = tuple(name for name in chosen if not pen.sensors[name].is_rest)
     model = pen_model(pen, chosen, writing_area=writing_area, rest=rest)
     measured = [sensor.name for sensor in model.measured_sensors]
     if not measured:
