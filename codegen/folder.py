@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from codegen.constant_readings import constant_sensors, measured_columns
+from codegen.constant_readings import constant_sensors, detected_sensors, measured_columns
 from codegen.example import example_program
 from codegen.export import Export, export_texts
 from codegen.exportable import exportable, is_timed
@@ -105,7 +105,8 @@ def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> st
     model = export.exported.model
     is_float = export.precision.c_type == "float"
     names = [model.reading_names[i] for i in measured_columns(model)]
-    added = [stacked.sensor.name for stacked in constant_sensors(model)]
+    unread = [*constant_sensors(model), *detected_sensors(model)]
+    added = [stacked.sensor.name for stacked in unread]
     return filled(
         "README.md",
         prefix=export.prefix,

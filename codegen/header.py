@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from codegen.constant_readings import constant_sensors, measured_columns
+from codegen.constant_readings import constant_sensors, detected_sensors, measured_columns
 from codegen.estimate_fields import Field, estimate_fields
 from codegen.exportable import Exportable
 from codegen.names import macros
@@ -92,9 +92,13 @@ def _row_words(model: StateSpaceModel) -> list[str]:
 
 def _constant_words(model: StateSpaceModel) -> list[str]:
     sensors = [stacked.sensor for stacked in constant_sensors(model)]
+    detected = [
+        f"The step finds from the inertial readings whether the body rests: {stacked.sensor.name}."
+        for stacked in detected_sensors(model)
+    ]
     if not sensors:
-        return ["No sensor reads a constant."]
-    return ["The step adds the readings of sensors that read a constant:"] + [
+        return ["No sensor reads a constant.", *detected]
+    return [*detected, "The step adds the readings of sensors that read a constant:"] + [
         f"  {sensor.name}: "
         + (f"once every {1 / sensor.rate_hz:g} s" if sensor.rate_hz else "at every measurement")
         for sensor in sensors
