@@ -239,7 +239,9 @@ def test_regularity(degrees_of_freedom: int) -> None:
     assert_jacobian(model.regularity, 0, [x])
     is_free = degrees_of_freedom == 6
     cosine = (
-        np.linalg.norm(Rotation.from_mrp(x[SIGMA]).apply([0, 0, 1])[:2]) if is_free else np.cos(x[4])
+        np.linalg.norm(Rotation.from_mrp(x[SIGMA]).apply([0, 0, 1])[:2])
+        if is_free
+        else np.cos(x[4])
     )
     assert call(model.regularity, x) == pytest.approx(cosine, abs=1e-15)
     if is_free:
