@@ -165,8 +165,8 @@ MISTAKES = {
     "a motion that is no table": ("motion = 3\n" + GOOD, "key motion:", "valid dictionary"),
     "motion and process noise": (GOOD + "[process_noise]\n[motion]", "process_noise and motion",
                                  "expected motion alone"),
-    "unknown process noise": (GOOD + "[process_noise]\njerk = 1", "process_noise: unknown key jerk;",
-                              "expected [motion] in its place"),
+    "unknown process noise": (GOOD + "[process_noise]\njerk = 1", "process_noise: unknown key",
+                              "jerk; expected [motion] in its place"),
     "a word for a number": (GOOD + 'rate_hz = "fast"', "sensors.tip.rate_hz:", "valid number"),
 }  # fmt: skip
 
