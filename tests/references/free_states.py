@@ -41,7 +41,7 @@ def free_states(euler: Array) -> Array:
         [sin * theta * phi - cos * phi_2, -theta_2, cos * theta * phi + sin * phi_2]
     )
     e_z = np.array([0.0, 0.0, 1.0])
-    into_spun = Rotation.from_euler("z", -angles[:, 2])
+    into_spun = Rotation.from_euler("z", -angles[:, 2:])
     along = into_spun.apply(unspun_dot - np.cross(psi[:, None] * e_z, unspun))
     states = np.array(euler, dtype=float)
     states[:, 3:6] = body_to_world(*angles.T).as_mrp()
