@@ -98,7 +98,7 @@ def test_a_tip_beside_its_areas_centre_is_as_one_in_the_centre(sensors: tuple[st
     assert area is not None
     tip = sample_motion("still", np.zeros(1)).q[0, :3]
     assert np.linalg.norm(area[:2] - tip[:2]) > 0.1
-    assert words(verdicts, "still")[0] == f"{HEADING} alone"
+    assert f"{HEADING} alone" in words(verdicts, "still")
     named = {n for d in verdicts.by_motion["still"].observability.directions for n in d.changes}
     assert not {name for name in named if name.startswith("tip_")}
 
