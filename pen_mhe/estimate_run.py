@@ -190,7 +190,7 @@ def _true_rms(
     }
     errors = state_errors(model, history, truth)
     rms = root_mean_square(history.names, errors, known)
-    if not _has_nees(model, recording):
+    if np.isnan(truth.states(model.state_names, recording.time_s)).any():
         return dict(rms)
     return seen_only(model, rms, judge(model, recording))
 
