@@ -130,7 +130,7 @@ def test_table_escapes() -> None:
 def test_matrix_has_medians_and_words() -> None:
     rows = synthetic.results().rows
     found = {matrix.quantity: matrix for matrix in matrices(rows)}
-    assert list(found) == ["tip", "azimuth", "elevation", "rates", "spin"]
+    assert list(found) == ["elevation", "rates", "spin", "azimuth", "tip"]
     tip = found["tip"]
     assert tip.sensors == tuple(synthetic.ERRORS)
     assert tip.estimators == ("ekf", "mhe-rti", "mhe")
