@@ -1,6 +1,6 @@
 """Whether an estimator's covariance is as large as its errors: NEES and NIS.
 
-    NEES_k = e_kᵀ P_k⁻¹ e_k,  e = x̂ ⊟ x      χ² with n_x degrees of freedom
+    NEES_k = e_kᵀ P_k⁻¹ e_k,  e = x ⊟ x̂      χ² with n_x degrees of freedom
     NIS_k  = v_kᵀ S_k⁻¹ v_k,  v = innovation   χ² with as many as rows were present
 
 if the estimator is consistent. A mean above its region says that the estimator is
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from estimation.history import EstimateHistory
 from estimation.mahalanobis import squared_distances
+from estimation.true_error import true_errors
 from models.arrays import Array
 from models.errors import InputError
 from models.state_space import StateSpaceModel
@@ -60,7 +61,7 @@ class Consistency:
 
 
 def nees(model: StateSpaceModel, history: EstimateHistory, states: Array) -> Array:
-    """Return the normalised estimation error squared (n,) of a run.
+    """Return the normalised estimation error squared (n,) of a run; see `estimation.true_error`.
 
     Parameters
     ----------
@@ -86,8 +87,8 @@ def nees(model: StateSpaceModel, history: EstimateHistory, states: Array) -> Arr
             f"the NEES of {history.estimator} needs full covariances, which its history did not "
             "keep: ask for them with run(…, covariances=True)"
         )
-    error = np.asarray(model.difference(history.mean.T, states.T).full().T)
-    known = ~np.isnan(error).any(axis=1)
+    error = true_errors(model, history.mean, states)
+    known = np.asarray(~np.isnan(error).any(axis=1))
     used = np.broadcast_to(known[:, None], error.shape)
     return squared_distances(error, history.covariances.state, used)
 

@@ -61,7 +61,8 @@ def outputs_of(model: StateSpaceModel) -> Outputs:
 def derived_outputs(model: StateSpaceModel) -> Derived:
     """Return the derived outputs of a model, none for one that is read by its states."""
     x, P = ca.SX.sym("x", model.n_x), ca.SX.sym("P", model.n_x, model.n_x)
-    outputs, J = outputs_of(model), _symbolic_jacobian(model, x)
+    outputs = outputs_of(model)
+    J = outputs.jacobian(model.retract, x)
     rows = [] if model.outputs is None else [i for i in range(J.shape[0]) if not _is_unit(J[i, :])]
     J = J[rows, :]
     std = ca.sqrt(ca.fmax(ca.sum2((J @ P) * J), 0))
@@ -79,14 +80,10 @@ def derived_outputs(model: StateSpaceModel) -> Derived:
 def output_jacobian(model: StateSpaceModel) -> ca.Function:
     """Return (x (n_x,)) -> J (n_o, n_x), rows of `outputs_of` along the tangent space."""
     x = ca.SX.sym("x", model.n_x)
-    J = ca.SX.eye(model.n_x) if model.outputs is None else _symbolic_jacobian(model, x)
+    J = ca.SX.eye(model.n_x)
+    if model.outputs is not None:
+        J = model.outputs.jacobian(model.retract, x)
     return ca.Function("output_jacobian", [x], [ca.densify(J)], ["x"], ["J"])
-
-
-def _symbolic_jacobian(model: StateSpaceModel, x: ca.SX) -> ca.SX:
-    d = ca.SX.sym("d", model.n_x)
-    moved = outputs_of(model).function(model.retract(x, d))
-    return ca.substitute(ca.jacobian(moved, d), d, ca.SX.zeros(model.n_x))
 
 
 def _is_unit(row: ca.SX) -> bool:

@@ -27,12 +27,17 @@ TOLERANCE = 1e-9
 """In standard deviations."""
 
 
+def direction_function(model: StateSpaceModel, symmetry: ca.Function) -> ca.Function:
+    """Return x (n_x,) -> ds/dα (n_x,) at α = 0, a tangent vector at x."""
+    at, a = ca.SX.sym("x", model.n_x), ca.SX.sym("a")
+    slope = ca.jacobian(model.difference(symmetry(at, a), at), a)
+    return ca.Function("slope", [at], [ca.densify(ca.substitute(slope, a, 0))])
+
+
 def direction(model: StateSpaceModel, symmetry: ca.Function, x: Array) -> Array:
     """Return ds/dα (n_x,) at α = 0, a tangent vector at x."""
-    at, a = ca.SX.sym("x", model.n_x), ca.SX.sym("a")
-    moved = model.difference(symmetry(at, a), at)
-    slope = ca.Function("slope", [at, a], [ca.densify(ca.jacobian(moved, a))])
-    return slope(x, 0.0).full().ravel()
+    along: Array = direction_function(model, symmetry)(x).full().ravel()
+    return along
 
 
 def holds(model: StateSpaceModel, symmetry: ca.Function, states: Array, dt: float) -> bool:

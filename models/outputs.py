@@ -32,6 +32,12 @@ class Outputs:
     function: ca.Function
     wrapped: tuple[bool, ...]
 
+    def jacobian(self, retract: ca.Function, x: ca.SX) -> ca.SX:
+        """Return ∂/∂δ function(retract(x, δ)) at δ = 0 (n_o, n_x)."""
+        d = ca.SX.sym("d", x.numel())
+        J = ca.jacobian(self.function(retract(x, d)), d)
+        return ca.substitute(J, d, ca.SX.zeros(x.numel()))
+
     def bound(self, name: str, low: float, high: float) -> Callable[[ca.SX], ca.SX]:
         """Return the inequality (x) -> rows ≤ 0 that keeps an output within low and high.
 

@@ -242,9 +242,7 @@ class StateSpaceModel:
         return feasible(self.replace(inequality=g, conditions=conditions))
 
     def __repr__(self) -> str:
-        title = f"StateSpaceModel {self.name}: {self.n_x} states, {self.n_w} noises"
-        return model_text(title, self.state_names, self.prior, self.sensors)
+        return model_text(self)
 
     def _repr_html_(self) -> str:
-        states = dict(zip(self.state_names, self.state_units, strict=True))
-        return model_html(self.name, states, self.prior, self.sensors)
+        return model_html(self)

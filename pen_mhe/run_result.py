@@ -9,6 +9,7 @@ import numpy as np
 
 from estimation.consistency import Consistency
 from estimation.history import EstimateHistory
+from estimation.information_bound import OBSERVABLE_FRACTION
 from estimation.recording import Recording
 from models.state_space import StateSpaceModel
 from recordings.ink import InkMatch
@@ -16,6 +17,11 @@ from recordings.thinning import LeftOutError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+TILT, STANDARD_GRAVITY_M_S2 = "elevation_rad", 9.80665
+ALIKE = 0.5
+"""A tilt's deviation over that of a bias' tilt, from which the two are not told apart."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,9 +96,34 @@ class EstimateRun:
                     f"(95 % of consistent runs: {found.lower:.4g} to {found.upper:.4g}, "
                     "if instants were independent)"
                 )
+        said += bias_and_tilt(self.model, history)
         if self.ink is not None:
             said.append(f"mean ink distance: {self.ink.mean_distance_mm:.4f} mm")
         return said
+
+
+def bias_and_tilt(model: StateSpaceModel, history: EstimateHistory) -> list[str]:
+    """Say, once, where an accelerometer's bias and a tilt are not told apart.
+
+    That is where the bias stays about as unknown as it was, and the tilt with it.
+    """
+    if TILT not in history.names or not len(history):
+        return []
+    tilt = float(history.std_of(TILT)[-1])
+    for sensor in model.sensors:
+        if not sensor.bias_states or set(sensor.unit_of_axis) != {"m_s2"}:
+            continue
+        bias = float(np.mean([history.std_of(name)[-1] for name in sensor.bias_states]))
+        before = model.prior.std[model.state_names.index(sensor.bias_states[0])]
+        as_tilt = bias / STANDARD_GRAVITY_M_S2
+        if tilt > ALIKE * as_tilt and bias > OBSERVABLE_FRACTION * before:
+            return [
+                f"bias and tilt are not told apart: the bias of {sensor.name}, known to "
+                f"{bias:.2g} m/s², looks like a tilt of {np.degrees(as_tilt):.2g}°; elevation is "
+                f"claimed to {np.degrees(tilt):.2g}° (a camera, or a calibrated bias_std, tells "
+                "more)"
+            ]
+    return []
 
 
 def _in_readable_unit(unit: str, value: float) -> str:
