@@ -39,7 +39,7 @@ def advice(matrix: Matrix) -> Advice:
        confidence, and by more than one percent. Else the EKF is to be taken. Which MHE: the
        cheapest whose median is about as good as the best one's.
     4. Without a camera: the cheapest sensors that show the quantity at all, with an estimator
-       by the same rule, and better ones where there are.
+       by the same rule; where it is another one, the cheapest that is about as good as the best.
     5. Next are the sensors with the smallest median RMSE among the others.
     """
     ranked = _ranked(matrix, matrix.sensors)
@@ -90,8 +90,9 @@ def _without_camera(matrix: Matrix, best: _Choice) -> str:
         return "Without a camera: not observable." if blind else ""
     cheapest = min(ranked, key=lambda choice: among.index(choice.sensors))
     said = f"Cheapest without a camera: {_named(matrix, cheapest, best)}"
-    better = ranked[0]
-    if better.cell.median * ENOUGH < cheapest.cell.median:
+    good = [c for c in ranked if c.cell.median <= ENOUGH * ranked[0].cell.median]
+    better = min(good, key=lambda choice: among.index(choice.sensors))
+    if better.sensors != cheapest.sensors:
         return f"{said}; best without: {_named(matrix, better, best)}."
     return f"{said}."
 

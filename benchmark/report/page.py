@@ -20,6 +20,7 @@ from benchmark.report.describe import describe
 from benchmark.report.matrix import LEVELS, SHOWN
 from benchmark.report.numbers import count, interval, number, seconds
 from benchmark.report.sentences import (
+    ANSWER_IS_ABOUT,
     PAIR_SYMBOLS,
     lead,
     papers_world,
@@ -95,6 +96,7 @@ def page(content: Content) -> str:
         content=content,
         title=TITLE,
         lead=lead(content),
+        answer_is_about=ANSWER_IS_ABOUT,
         papers_world=papers_world(content),
         papers_world_title=PAPERS_WORLD,
         verdict_sentence=verdict_sentence(content),

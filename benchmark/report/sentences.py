@@ -32,6 +32,12 @@ def lead(content: Content) -> str:
     return said
 
 
+ANSWER_IS_ABOUT = (
+    "A pen that spins, in the hand of a writer; its sensors' biases are estimated, and its "
+    "estimators are told the hand that the pen file states."
+)
+
+
 def papers_world(content: Content) -> str:
     """Say what the matrices of the pen that cannot spin are, and what it costs to believe it."""
     said = (

@@ -9,6 +9,7 @@ from benchmark.report.content import PAPERS_WORLD, SYMBOLS, TITLE, Content, Repo
 from benchmark.report.matrix import SHOWN, Cell, Matrix
 from benchmark.report.numbers import count, interval, number, seconds
 from benchmark.report.sentences import (
+    ANSWER_IS_ABOUT,
     PAIR_SYMBOLS,
     lead,
     papers_world,
@@ -35,7 +36,9 @@ def answer_blocks(content: Content) -> list[str]:
     """Return the matrices with their advice, and what the estimators cost."""
     if not content.answers:
         return [_escaped(f"This run has no results of {content.wanted}.")]
-    blocks = ["RMSE: median over the seeds (smallest to largest); `*` marks the best."]
+    blocks = [
+        f"{ANSWER_IS_ABOUT} RMSE: median over the seeds (smallest to largest); `*` marks the best."
+    ]
     for answer in content.answers:
         matrix = answer.matrix
         blocks.append(_escaped(f"### {matrix.quantity}, {matrix.unit} ({matrix.case})"))

@@ -166,6 +166,14 @@ def test_one_that_is_not_observable() -> None:
     assert "best without: accel+gyro+contact with ekf" in found.without_camera
 
 
+def test_the_best_without_a_camera_has_no_needless_sensor() -> None:
+    runs = {**ALONE, ("accel+gyro+contact", "ekf"): [0.88, 0.98, 1.08]}
+    found = advised(runs, blind=("accel", "gyro"))
+    assert found.without_camera == (
+        "Cheapest without a camera: accel+gyro with ekf (1.00 deg, 10.0 times the best)."
+    )
+
+
 def test_nothing_without_a_camera_is_said_to_be_so() -> None:
     inertial = tuple(sensors for sensors, _ in ALONE if "camera" not in sensors)
     assert advised(ALONE, blind=inertial).without_camera == "Without a camera: not observable."
