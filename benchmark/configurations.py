@@ -27,10 +27,12 @@ class SensorConfiguration:
     ----------
     label : for tables
     sensors : names in its file; a pen's writing area stands in where no camera is
+    needs_camera : it wants a camera beside the pen
     """
 
     label: str
     sensors: tuple[str, ...]
+    needs_camera: bool = False
 
 
 CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
@@ -44,14 +46,18 @@ CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(
         "accel+gyro+contact": SensorConfiguration(
             "both with contact", ("accel", "gyro", "contact")
         ),
-        "camera": SensorConfiguration("camera", ("camera",)),
+        "camera": SensorConfiguration("camera", ("camera",), needs_camera=True),
         "two accelerometers+camera": SensorConfiguration(
-            "two accelerometers with camera", ("accel_lower", "accel_upper", "camera")
+            "two accelerometers with camera",
+            ("accel_lower", "accel_upper", "camera"),
+            needs_camera=True,
         ),
-        "accel+gyro+camera": SensorConfiguration("both with camera", ("accel", "gyro", "camera")),
+        "accel+gyro+camera": SensorConfiguration(
+            "both with camera", ("accel", "gyro", "camera"), needs_camera=True
+        ),
     }
 )
-"""Sensor configurations of the benchmark; every estimator must work on each."""
+"""Sensor configurations of the benchmark, from cheap to dear; every estimator must work on each."""
 
 
 TURNTABLE_CONFIGURATIONS: Mapping[str, SensorConfiguration] = MappingProxyType(

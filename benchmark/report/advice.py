@@ -2,139 +2,116 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from benchmark.report.matrix import NOT_OBSERVABLE, SHOWN, Cell, Matrix
-from benchmark.report.numbers import interval, number
-from benchmark.tasks.task import OK
-from benchmark.verdicts.paired import BETTER, SAME, WORSE, paired
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-SIMPLE, OPTIMISING = "ekf", ("mhe-rti", "mhe")
-"""The estimators of the question whether optimising pays, cheap ones first."""
-
-CONVERGED = OPTIMISING[-1]
-ENOUGH = 1.05
-"""A cheaper estimator is taken where its median is at most so many times the best one's."""
+from benchmark.configurations import CONFIGURATIONS
+from benchmark.report.choice import ENOUGH, chosen_estimator, is_unseen, reliable
+from benchmark.report.matrix import NOT_OBSERVABLE, Cell, Matrix
+from benchmark.report.numbers import number
 
 
 @dataclass(frozen=True)
 class Advice:
-    """What to take, in one sentence, and what else there is."""
+    """What to take, in one sentence; what to take without a camera; what else there is."""
 
     take: str
+    without_camera: str
     more: str
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """A choice of sensors with the reliable estimator of the smallest median."""
+
+    sensors: str
+    estimator: str
+    cell: Cell
 
 
 def advice(matrix: Matrix) -> Advice:
     """Say what to take for a quantity, whether the MHE pays there, and what is next.
 
-    1. The sensors are those of the smallest median RMSE, whichever estimator has it.
-    2. With them, an MHE pays where its RMSE, run by run, is below the EKF's with 95 %
+    1. An estimator whose worst seed is far beyond another's with the same sensors
+       (`benchmark.report.choice.is_far_beyond`) is named nowhere but as such.
+    2. The sensors are those of the smallest median RMSE, whichever estimator has it.
+    3. With them, an MHE pays where its RMSE, run by run, is below the EKF's with 95 %
        confidence, and by more than one percent. Else the EKF is to be taken. Which MHE: the
        cheapest whose median is about as good as the best one's.
-    3. Next are the sensors with the smallest median RMSE among the others.
+    4. Without a camera: the cheapest sensors that show the quantity at all, with an estimator
+       by the same rule; where it is another one, the cheapest that is about as good as the best.
+    5. Next are the sensors with the smallest median RMSE among the others.
     """
-    ranked = _ranked(matrix)
+    ranked = _ranked(matrix, matrix.sensors)
     if not ranked:
-        return Advice("Nothing in this run gives it: there is nothing to advise.", "")
-    cell, sentences = ranked[0][2], []
+        return Advice("Nothing in this run gives it: there is nothing to advise.", "", "")
+    sentences = []
     if len(ranked) > 1:
-        other, its, next_cell = ranked[1]
-        times = f" ({number(next_cell.median / cell.median)} times)" if cell.median else ""
+        first, other = ranked[:2]
+        median = first.cell.median
+        times = f" ({number(other.cell.median / median)} times)" if median else ""
         sentences.append(
-            f"Next: {other}, {number(next_cell.median)} {matrix.unit} with {its}{times}."
+            f"Next: {other.sensors}, {number(other.cell.median)} {matrix.unit} with "
+            f"{other.estimator}{times}."
         )
-    blind = [
-        name
-        for name, row in zip(matrix.sensors, matrix.cells, strict=True)
-        if any(c.state == NOT_OBSERVABLE for c in row) and not any(c.state == SHOWN for c in row)
-    ]
-    if blind:
-        sentences.append(f"Not observable with {_listed(blind)}.")
-    return Advice(_take(matrix, *ranked[0]), " ".join(sentences))
+    if blind := [name for name in matrix.sensors if is_unseen(matrix, name, NOT_OBSERVABLE)]:
+        words = _listed([_in_words(name) for name in blind])
+        sentences.append(f"{words[:1].upper()}{words[1:]}: not observable.")
+    return Advice(_take(matrix, ranked[0]), _without_camera(matrix, ranked[0]), " ".join(sentences))
 
 
-def _ranked(matrix: Matrix) -> list[tuple[str, str, Cell]]:
-    """Return the best estimator of every configuration that has one, the best first."""
+def _ranked(matrix: Matrix, among: Sequence[str]) -> list[_Choice]:
+    """Return the best reliable estimator of every configuration that has one, the best first."""
     found = []
-    for sensors, row in zip(matrix.sensors, matrix.cells, strict=True):
-        cells = zip(matrix.estimators, row, strict=True)
-        shown = [(name, cell) for name, cell in cells if math.isfinite(cell.median)]
-        if shown:
-            found.append((sensors, *min(shown, key=lambda entry: entry[1].median)))
-    return sorted(found, key=lambda entry: entry[2].median)
+    for sensors in among:
+        if cells := reliable(matrix, sensors):
+            name, cell = min(cells.items(), key=lambda entry: entry[1].median)
+            found.append(_Choice(sensors, name, cell))
+    return sorted(found, key=lambda choice: choice.cell.median)
 
 
-def _take(matrix: Matrix, sensors: str, estimator: str, cell: Cell) -> str:
-    rows = matrix.rows
-    mine = rows[(rows["sensors"] == sensors) & (rows["quantity"] == matrix.quantity)]
-    other = _cheapest_good(matrix, sensors)
-    table = paired(mine, SIMPLE, other)
-    if not len(table):
-        return (
-            f"Take {sensors} with {estimator} ({number(cell.median)} {matrix.unit}); whether an "
-            "MHE pays is open, because no run has both EKF and MHE."
-        )
-    found = table.iloc[0]
-    verdict, difference = str(found["verdict"]), float(found["difference"])
-    ends = interval(float(found["low"]), float(found["high"]))
-    pays = verdict == BETTER and bool(ends)
-    take = other if pays else SIMPLE
-    relative = (
-        f" ({number(100 * abs(difference) / found[SIMPLE])}\N{NO-BREAK SPACE}%)"
-        if found[SIMPLE]
-        else ""
-    )
-    size = f"{number(abs(difference))} {matrix.unit}{relative}"
-    way = "below" if difference < 0 else "above"
-    shown = f"95 % interval of {other} minus EKF: {ends} {matrix.unit}"
-    median = number(matrix.cell(sensors, take).median)
-    start = f"Take {sensors} with {take} ({median} {matrix.unit}):"
-    if pays:
-        return f"{start} optimising pays, {size} below the EKF ({shown}){_cost(mine, other)}."
-    if not ends:
-        return (
-            f"{start} {other} is {size} {way} the EKF, but the seeds of this run give no "
-            "interval to tell whether it pays."
-        )
-    if verdict == SAME:
-        return f"{start} {other} gives {verdict}{_cost(mine, other)}."
-    if verdict == WORSE:
-        return f"{start} optimising does not pay, {size} above the EKF ({shown})."
-    worst = ", ".join(
-        f"{number(matrix.cell(sensors, name).high)} with {name}" for name in (SIMPLE, other)
-    )
-    return (
-        f"{start} no difference to {other} is shown ({shown}){_cost(mine, other)}; "
-        f"the worst seed: {worst}."
-    )
+def _take(matrix: Matrix, choice: _Choice) -> str:
+    sensors, cells = choice.sensors, reliable(matrix, choice.sensors)
+    take, why = chosen_estimator(matrix, sensors)
+    if not why:
+        take = choice.estimator
+        why = "whether an MHE pays is open, because no run has both EKF and MHE"
+        return f"Take {sensors} with {take} ({number(cells[take].median)} {matrix.unit}); {why}."
+    return f"Take {sensors} with {take} ({number(cells[take].median)} {matrix.unit}): {why}."
 
 
-def _cheapest_good(matrix: Matrix, sensors: str) -> str:
-    """Return the first of `OPTIMISING` that is about as good as the best of them; empty if none."""
-    medians = {
-        name: matrix.cell(sensors, name).median for name in OPTIMISING if name in matrix.estimators
-    }
-    finite = {name: median for name, median in medians.items() if math.isfinite(median)}
-    return next(
-        (name for name, median in finite.items() if median <= ENOUGH * min(finite.values())), ""
-    )
+def _without_camera(matrix: Matrix, best: _Choice) -> str:
+    """Say what to take without a camera: the cheapest that shows it, and a better one if any."""
+    known = [name for name in CONFIGURATIONS if name in matrix.sensors]
+    among = [name for name in known if not CONFIGURATIONS[name].needs_camera]
+    ranked = _ranked(matrix, among)
+    if not ranked:
+        blind = among and all(is_unseen(matrix, name, NOT_OBSERVABLE) for name in among)
+        return "Without a camera: not observable." if blind else ""
+    cheapest = min(ranked, key=lambda choice: among.index(choice.sensors))
+    said = f"Cheapest without a camera: {_named(matrix, cheapest, best)}"
+    good = [c for c in ranked if c.cell.median <= ENOUGH * ranked[0].cell.median]
+    better = min(good, key=lambda choice: among.index(choice.sensors))
+    if better.sensors != cheapest.sensors:
+        return f"{said}; best without: {_named(matrix, better, best)}."
+    return f"{said}."
 
 
-def _cost(rows: pd.DataFrame, other: str) -> str:
-    ran = rows[rows["status"] == OK]
-    ekf, mhe = (
-        ran[ran["estimator"] == name]["step_time_median_s"].median() for name in (SIMPLE, other)
-    )
-    if not (ekf > 0 and mhe > 0):
-        return ""
-    return f", at {number(mhe / ekf)} times the time per step"
+def _named(matrix: Matrix, choice: _Choice, best: _Choice) -> str:
+    """Return ``accel+gyro with ekf (0.8 deg, 3 times the best)``."""
+    take = chosen_estimator(matrix, choice.sensors)[0] or choice.estimator
+    median = matrix.cell(choice.sensors, take).median
+    times = ""
+    if choice.sensors != best.sensors and best.cell.median:
+        times = f", {number(median / best.cell.median)} times the best"
+    return f"{choice.sensors} with {take} ({number(median)} {matrix.unit}{times})"
+
+
+def _in_words(sensors: str) -> str:
+    """Return ``gyroscope alone`` for one sensor, the name of a choice of several."""
+    row = CONFIGURATIONS.get(sensors)
+    return sensors if row is None or len(row.sensors) > 1 else f"{row.label} alone"
 
 
 def _listed(names: list[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

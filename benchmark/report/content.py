@@ -11,11 +11,13 @@ import numpy as np
 
 from benchmark.configurations import CONFIGURATIONS
 from benchmark.figures.figure import Figure
-from benchmark.report.advice import CONVERGED, SIMPLE, Advice, advice
+from benchmark.report.advice import Advice, advice
+from benchmark.report.belief import costs_of_belief
 from benchmark.report.broken import Broken, broken_off
+from benchmark.report.choice import CONVERGED, SIMPLE
 from benchmark.report.cost import Cost, costs
 from benchmark.report.made_with import made_with
-from benchmark.report.matrix import MATRIX, Matrix, in_order, matrices
+from benchmark.report.matrix import MATRIX, NO_SPIN, Matrix, in_order, matrices
 from benchmark.tasks.results import TASK_COLUMNS, Results
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Task
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TITLE = "Which sensors, which estimator?"
+PAPERS_WORLD = "The paper's world: a pen that cannot spin"
 
 SYMBOLS: Mapping[str, str] = dict(zip(VERDICTS, ("✓", "✗", "?", "–"), strict=True))
 """Verdict → the sign beside it."""
@@ -92,6 +95,8 @@ class Content:
     cases : the cases that the answers come from
     wanted : the case that answers would come from, for a run without it
     costs : of the estimators in those cases
+    apart : matrices of the pen that cannot spin
+    belief : what it costs to believe that of one that does, a sentence each
     made_with : label and text
     """
 
@@ -99,6 +104,8 @@ class Content:
     cases: Sequence[str]
     wanted: str
     costs: Sequence[Cost]
+    apart: Sequence[Matrix]
+    belief: Sequence[str]
     parts: Sequence[ReportPart]
     made_with: Sequence[tuple[str, str]]
     run: Mapping[str, Any]
@@ -130,6 +137,8 @@ def content(results: Results, suites: Sequence[Suite], run: Mapping[str, Any]) -
         cases,
         f"suite {first.suite}, case “{first.case}”",
         costs(found),
+        matrices(results.rows, NO_SPIN),
+        costs_of_belief(results.rows),
         [_part(suite, results.of(suite.name), run) for suite in suites],
         made_with(run),
         run,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Selection:
-    """Which rows of the results are the answer: quantities of one case of a suite."""
+    """Which rows of the results make matrices: quantities of one case of a suite."""
 
     suite: str
     case: str
@@ -26,10 +26,14 @@ class Selection:
 
 
 MATRIX = (
-    Selection("pen", "reference pen, handwriting", ("tip", "azimuth", "elevation", "rates")),
-    Selection("pen", "reference pen with spin", ("spin",)),
-)
-"""The quantities that the report begins with, in its order, each from its case."""
+    Selection(
+        "pen", "free pen, handwriting", ("elevation", "rates", "spin", "azimuth", "tip")
+    ),
+)  # fmt: skip
+"""The quantities that the report begins with, in its order: a pen that spins in the hand."""
+
+NO_SPIN = (Selection("pen", "no-spin pen, handwriting", ("elevation", "rates", "azimuth", "tip")),)
+"""The quantities of the pen of [Pen], which cannot spin. They stand apart."""
 
 LEVELS = (1.1, 1.5, 3.0, 10.0)
 """Ratios to the best median: a cell's level is the number of those that it exceeds."""
@@ -46,6 +50,8 @@ class Cell:
     ----------
     state : `SHOWN`, or the words that stand instead of a figure
     median, low, high : of the RMSE over seeds, smallest, largest; NaN unless shown
+    claimed : median over seeds of the claimed standard deviation; NaN where none is claimed
+    worst_by_claim : RMSE of the worst seed over what it claims, likewise
     seeds, of : runs that count, and all runs
     level : 0 for figures next to the best, up to ``len(LEVELS)``
     best : whether it has the smallest median
@@ -55,6 +61,8 @@ class Cell:
     median: float = float("nan")
     low: float = float("nan")
     high: float = float("nan")
+    claimed: float = float("nan")
+    worst_by_claim: float = float("nan")
     seeds: int = 0
     of: int = 0
     level: int = len(LEVELS)
@@ -133,7 +141,18 @@ def _cell(case: pd.DataFrame, mine: pd.DataFrame, sensors: str, estimator: str) 
     rmse = seen["rmse"].to_numpy(dtype=float)
     # The median of two infinite figures is one, but numpy takes their mean for no number.
     median = float(np.median(rmse)) if np.isfinite(rmse).all() else _lower_median(rmse)
-    return Cell(SHOWN, median, float(rmse.min()), float(rmse.max()), seen["seed"].nunique(), of)
+    claimed = seen["claimed"].to_numpy(dtype=float)
+    at_worst = claimed[rmse.argmax()]
+    return Cell(
+        SHOWN,
+        median,
+        float(rmse.min()),
+        float(rmse.max()),
+        float(np.median(claimed)),
+        float(rmse.max() / at_worst) if at_worst > 0 else float("nan"),
+        seen["seed"].nunique(),
+        of,
+    )
 
 
 def _lower_median(values: np.ndarray) -> float:
@@ -148,16 +167,7 @@ def _graded(cell: Cell, best: float) -> Cell:
     if cell.state != SHOWN:
         return cell
     level = sum(not cell.median <= limit * best for limit in LEVELS)
-    return Cell(
-        cell.state,
-        cell.median,
-        cell.low,
-        cell.high,
-        cell.seeds,
-        cell.of,
-        level,
-        cell.median == best,
-    )
+    return replace(cell, level=level, best=cell.median == best)
 
 
 def in_order(names: Iterable[object], first: Iterable[str]) -> tuple[str, ...]:

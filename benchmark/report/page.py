@@ -15,11 +15,18 @@ from benchmark.figures.figure import Figure
 from benchmark.figures.plotly_figure import plotly_figure, plotly_layout, plotly_text
 from benchmark.figures.style import PAGE, Colour, Theme, colours_of, light_to_dark
 from benchmark.report.broken import MOST
-from benchmark.report.content import SYMBOLS, TITLE, Content, ReportPart, slug
+from benchmark.report.content import PAPERS_WORLD, SYMBOLS, TITLE, Content, ReportPart, slug
 from benchmark.report.describe import describe
 from benchmark.report.matrix import LEVELS, SHOWN
 from benchmark.report.numbers import count, interval, number, seconds
-from benchmark.report.sentences import PAIR_SYMBOLS, lead, refuted, verdict_sentence
+from benchmark.report.sentences import (
+    ANSWER_IS_ABOUT,
+    PAIR_SYMBOLS,
+    lead,
+    papers_world,
+    refuted,
+    verdict_sentence,
+)
 from benchmark.verdicts.judge import VERDICTS
 
 if TYPE_CHECKING:
@@ -89,6 +96,9 @@ def page(content: Content) -> str:
         content=content,
         title=TITLE,
         lead=lead(content),
+        answer_is_about=ANSWER_IS_ABOUT,
+        papers_world=papers_world(content),
+        papers_world_title=PAPERS_WORLD,
         verdict_sentence=verdict_sentence(content),
         refuted=refuted(content),
         figures={part.name: _drawn(part, colours) for part in content.parts},

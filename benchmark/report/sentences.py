@@ -32,6 +32,23 @@ def lead(content: Content) -> str:
     return said
 
 
+ANSWER_IS_ABOUT = (
+    "A pen that spins, in the hand of a writer; its sensors' biases are estimated, and its "
+    "estimators are told the hand that the pen file states."
+)
+
+
+def papers_world(content: Content) -> str:
+    """Say what the matrices of the pen that cannot spin are, and what it costs to believe it."""
+    said = (
+        "The pen of [Pen] cannot spin about its axis, and that is information: the ratio of two "
+        "measured rates then gives its elevation. No pen in a hand is like that."
+    )
+    if not content.belief:
+        return said
+    return f"{said} A pen that spins, estimated by the model that cannot:"
+
+
 def verdict_sentence(content: Content) -> str:
     """Say how many claims hold."""
     counts, claims = content.counts(), len(content.judgements)

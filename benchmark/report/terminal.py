@@ -5,17 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from benchmark.report.broken import MOST, Broken
-from benchmark.report.content import SYMBOLS, TITLE, Content, ReportPart
+from benchmark.report.content import PAPERS_WORLD, SYMBOLS, TITLE, Content, ReportPart
 from benchmark.report.matrix import SHOWN, Cell, Matrix
 from benchmark.report.numbers import count, interval, number, seconds
-from benchmark.report.sentences import PAIR_SYMBOLS, lead, refuted, verdict_sentence
+from benchmark.report.sentences import (
+    ANSWER_IS_ABOUT,
+    PAIR_SYMBOLS,
+    lead,
+    papers_world,
+    refuted,
+    verdict_sentence,
+)
 from benchmark.verdicts.judge import VERDICTS
 
 
 def terminal(content: Content) -> str:
     """Return the Markdown."""
     blocks = [f"# {TITLE}", _escaped(lead(content)), "## The answer", *answer_blocks(content)]
-    blocks += ["## Verdicts", verdict_sentence(content), _counts(content)]
+    blocks += [*_papers_world(content), "## Verdicts", verdict_sentence(content), _counts(content)]
     if found := refuted(content):
         blocks += ["Claims that do not hold:", _list(_claim(part, j.claim.id) for part, j in found)]
     for part in content.parts:
@@ -29,11 +36,14 @@ def answer_blocks(content: Content) -> list[str]:
     """Return the matrices with their advice, and what the estimators cost."""
     if not content.answers:
         return [_escaped(f"This run has no results of {content.wanted}.")]
-    blocks = ["RMSE: median over the seeds (smallest to largest); `*` marks the best."]
+    blocks = [
+        f"{ANSWER_IS_ABOUT} RMSE: median over the seeds (smallest to largest); `*` marks the best."
+    ]
     for answer in content.answers:
         matrix = answer.matrix
         blocks.append(_escaped(f"### {matrix.quantity}, {matrix.unit} ({matrix.case})"))
-        blocks.append(_escaped(f"{answer.advice.take} {answer.advice.more}"))
+        said = (answer.advice.take, answer.advice.without_camera, answer.advice.more)
+        blocks.append(_escaped(" ".join(said)))
         blocks.append(matrix_table(matrix))
     blocks.append("### What the estimators cost")
     rows = [
@@ -49,6 +59,17 @@ def answer_blocks(content: Content) -> list[str]:
     ]
     head = ("Estimator", "Step, median", "Step, p99", "Steps solved", "Runs", "Broken off")
     blocks.append(table(head, rows))
+    return blocks
+
+
+def _papers_world(content: Content) -> list[str]:
+    """Return the matrices of the pen that cannot spin."""
+    if not content.apart and not content.belief:
+        return []
+    blocks = [f"## {PAPERS_WORLD}", _escaped(papers_world(content)), _list(content.belief)]
+    for matrix in content.apart:
+        blocks.append(_escaped(f"### {matrix.quantity}, {matrix.unit} ({matrix.case})"))
+        blocks.append(matrix_table(matrix))
     return blocks
 
 

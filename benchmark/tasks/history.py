@@ -42,11 +42,11 @@ def state_series(
     unit: str,
     factor: float,
 ) -> Series:
-    """Return one state over time, in a unit of its own.
+    """Return one state or output over time, in a unit of its own.
 
     Parameters
     ----------
-    state : name in the model
+    state : its name in the history
     quantity, unit : name and unit to show it with
     factor : from the model's unit to that one
     """

@@ -28,6 +28,7 @@ RESULT_COLUMNS = (
     "bias",
     "max_error",
     "observable",
+    "claimed",
     "samples",
     "solved_fraction",
     "step_time_median_s",

@@ -51,6 +51,8 @@ class Quantity:
     rmse, bias, max_error : root mean square, mean, largest size; infinite where a figure is
         never reached
     observable : False: the sensors do not show it, and the error would only show the prior
+    claimed : root mean square of the standard deviation that the estimator claims; None where
+        it claims none, or the quantity is no error of an estimate
     """
 
     name: str
@@ -59,12 +61,25 @@ class Quantity:
     bias: float
     max_error: float
     observable: bool = True
+    claimed: float | None = None
 
     @classmethod
-    def of_errors(cls, name: str, unit: str, errors: Array, observable: bool = True) -> Quantity:
+    def of_errors(
+        cls,
+        name: str,
+        unit: str,
+        errors: Array,
+        observable: bool = True,
+        *,
+        claimed: Array | None = None,
+    ) -> Quantity:
         """Return the quantity of errors (n,), estimate minus truth, or (n, k) of a vector.
 
         A vector's errors are lengths: its bias is the length of the mean error.
+
+        Parameters
+        ----------
+        claimed : standard deviations of the shape of `errors`; a vector's add up as variances
         """
         rows = np.asarray(errors, dtype=float).reshape(len(errors), -1)
         squared, mean = (rows**2).sum(axis=1), rows.mean(axis=0)
@@ -75,6 +90,7 @@ class Quantity:
             float(mean[0] if rows.shape[1] == 1 else np.linalg.norm(mean)),
             float(np.sqrt(squared.max())),
             observable,
+            None if claimed is None else float(np.sqrt(np.square(claimed).sum() / len(claimed))),
         )
 
     @classmethod

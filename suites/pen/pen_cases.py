@@ -1,4 +1,8 @@
-"""The whole pen in the suite `pen`: how it moves, and what its estimator takes it for."""
+"""The whole pen in the suite `pen`: how it moves, and what its estimator takes it for.
+
+A free pen is told the hand of its pen file. What is told of a pen that cannot spin, the paper's,
+is white jerk with the levels of handwriting (`models.gentle_hand`).
+"""
 
 from __future__ import annotations
 
@@ -6,16 +10,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
+from typing import Any
 
 from benchmark.configurations import BENCHMARK_ESTIMATORS, CONFIGURATIONS
 from models.gentle_hand import BY_SPEED
-from models.pen_config import PenConfig, Prior, ProcessNoise
+from models.motion import Motion, TipBoundedVelocity, TipWhiteJerk, white_jerk_motion
+from models.pen_config import PenConfig
 from models.pen_file import load_pen
 
 PEN_ESTIMATORS = BENCHMARK_ESTIMATORS
 MOTION, DURATION_S = "handwriting", 4.0
 
 BOTH = ("accel+gyro",)
+FREE, NO_SPIN = 6, 5
+"""Degrees of freedom."""
 
 
 @dataclass(frozen=True)
@@ -26,9 +34,11 @@ class PenCase:
     ----------
     about : what it shows, for people
     sensors : keys of `benchmark.configurations.CONFIGURATIONS`
-    speed : at which the handwriting is played; process noise and prior follow it
+    speed : at which the handwriting is played; what is told of the hand follows it
     degrees_of_freedom : of the pen that moves
     assumed : degrees of freedom of the estimator's pen
+    hand_is_measured : the estimator is told how this handwriting moves, measured on it, instead
+        of the hand that the pen file states
     neglects : the estimator takes the accelerometer for one at the tip of a pen whose tip
         does not accelerate, so that it shows gravity and nothing else: what [Pen] does with
         its turntable
@@ -37,24 +47,28 @@ class PenCase:
     about: str
     sensors: tuple[str, ...]
     speed: float = 1.0
-    degrees_of_freedom: int = 5
-    assumed: int = 5
+    degrees_of_freedom: int = NO_SPIN
+    assumed: int = NO_SPIN
+    hand_is_measured: bool = False
     neglects: bool = False
 
 
-REFERENCE, WITH_SPIN = "reference pen, handwriting", "reference pen with spin"
+REFERENCE, WITHOUT_SPIN = "free pen, handwriting", "no-spin pen, handwriting"
+SPIN_IGNORED, MEASURED_HAND = "spin ignored", "free pen, hand measured"
 
 PEN_CASES: Mapping[str, PenCase] = MappingProxyType(
     {
-        REFERENCE: PenCase("handwriting without spin", tuple(CONFIGURATIONS)),
-        WITH_SPIN: PenCase(
-            "handwriting with spin", tuple(CONFIGURATIONS), degrees_of_freedom=6, assumed=6
+        REFERENCE: PenCase("a pen that spins", tuple(CONFIGURATIONS), 1.0, FREE, FREE),
+        MEASURED_HAND: PenCase(
+            "what it is worth to know the hand", ("accel+gyro", "accel+gyro+camera"), 1.0, FREE,
+            FREE, hand_is_measured=True,
         ),
-        "spin ignored": PenCase(
+        SPIN_IGNORED: PenCase(
             "a pen that spins, taken for one that does not",
-            ("accel+gyro", "accel+gyro+camera"),
-            degrees_of_freedom=6,
+            ("gyro", "accel+gyro", "accel+gyro+camera"),
+            degrees_of_freedom=FREE,
         ),
+        WITHOUT_SPIN: PenCase("the paper's pen, which cannot spin", tuple(CONFIGURATIONS)),
         **{
             f"rigid body, speed {speed:g}": PenCase(
                 "the same handwriting at another speed", BOTH, speed
@@ -68,7 +82,7 @@ PEN_CASES: Mapping[str, PenCase] = MappingProxyType(
             for speed in (0.1, 0.3, 1.0, 3.0)
         },
     }
-)
+)  # fmt: skip
 """Name → case."""
 
 NEGLIGIBLE = 1e-3
@@ -77,57 +91,78 @@ NEGLIGIBLE = 1e-3
 
 @cache
 def moving_pen(case: str) -> PenConfig:
-    """Return the pen that moves in a case."""
-    return _fit(PEN_CASES[case].degrees_of_freedom, PEN_CASES[case].speed)
+    """Return the pen that moves in a case, told its hand."""
+    return _of_hand(PEN_CASES[case], PEN_CASES[case].degrees_of_freedom)
 
 
 @cache
 def assumed_pen(case: str) -> PenConfig:
     """Return the pen that the estimator of a case assumes."""
     row = PEN_CASES[case]
-    pen = _fit(row.assumed, row.speed)
+    pen = _of_hand(row, row.assumed)
     return _neglecting(pen) if row.neglects else pen
 
 
-def _fit(degrees_of_freedom: int, speed: float) -> PenConfig:
-    """Return the reference pen, its prior and process noise fit for handwriting at a speed."""
-    pen = load_pen("reference")
-    fitted = {
-        part: {name: value * speed**exponent for name, (value, exponent) in row.items()}
-        for part, row in BY_SPEED.items()
-    }
+def _of_hand(row: PenCase, degrees_of_freedom: int) -> PenConfig:
+    """Return the reference pen, told how the hand of a case moves it."""
+    pen = load_pen("reference").model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    if degrees_of_freedom == NO_SPIN:
+        return _told(pen, _white_jerk(row.speed), row.speed)
+    return _told(pen, _measured_hand(row.speed), row.speed) if row.hand_is_measured else pen
+
+
+def _told(pen: PenConfig, motion: Motion, speed: float) -> PenConfig:
+    """Return a pen that is told a motion, and the first rates and accelerations of handwriting."""
     return pen.model_copy(
+        update={"motion": motion, "prior": pen.prior.model_copy(update=_at("prior", speed))}
+    )
+
+
+def _at(part: str, speed: float) -> dict[str, float]:
+    """Return a part of `BY_SPEED` at a speed."""
+    return {name: value * speed**exponent for name, (value, exponent) in BY_SPEED[part].items()}
+
+
+def _white_jerk(speed: float) -> Motion:
+    levels = _at("process_noise", speed)
+    return white_jerk_motion(
+        levels["tip_jerk_density_m_s3_per_sqrt_hz"], levels["angle_jerk_density_rad_s3_per_sqrt_hz"]
+    )
+
+
+def _measured_hand(speed: float) -> Motion:
+    """Return the bounded velocity with the RMS velocity and acceleration of handwriting."""
+    tip = _at("prior", speed)
+    velocity, acceleration = tip["velocity_std_m_s"], tip["acceleration_std_m_s2"]
+    return _white_jerk(speed).model_copy(
         update={
-            "degrees_of_freedom": degrees_of_freedom,
-            "prior": Prior.model_validate({**pen.prior.model_dump(), **fitted["prior"]}),
-            "process_noise": ProcessNoise.model_validate(fitted["process_noise"]),
+            "tip": TipBoundedVelocity(
+                speed_m_s=velocity, correlation_time_s=velocity / acceleration
+            )
         }
     )
 
 
 def _neglecting(pen: PenConfig) -> PenConfig:
-    """Return a pen whose accelerometer sits at a tip that hardly accelerates."""
-    prior, noise = pen.prior, pen.process_noise
+    """Return a pen of white jerk whose accelerometer sits at a tip that hardly accelerates."""
+    prior, motion = pen.prior, pen.motion
+    assert isinstance(motion.tip, TipWhiteJerk)
+    density = NEGLIGIBLE * motion.tip.jerk_density_m_s3_per_sqrt_hz
     sensors = {
         name: sensor.model_copy(update={"position_m": (0.0, 0.0, 0.0)})
         if sensor.is_mounted
         else sensor
         for name, sensor in pen.sensors.items()
     }
+    slow: dict[str, Any] = {
+        "velocity_std_m_s": NEGLIGIBLE * prior.velocity_std_m_s,
+        "acceleration_std_m_s2": NEGLIGIBLE * prior.acceleration_std_m_s2,
+    }
+    tip = TipWhiteJerk(jerk_density_m_s3_per_sqrt_hz=density)
     return pen.model_copy(
         update={
-            "prior": prior.model_copy(
-                update={
-                    "velocity_std_m_s": NEGLIGIBLE * prior.velocity_std_m_s,
-                    "acceleration_std_m_s2": NEGLIGIBLE * prior.acceleration_std_m_s2,
-                }
-            ),
-            "process_noise": noise.model_copy(
-                update={
-                    "tip_jerk_density_m_s3_per_sqrt_hz": NEGLIGIBLE
-                    * noise.tip_jerk_density_m_s3_per_sqrt_hz
-                }
-            ),
+            "prior": prior.model_copy(update=slow),
+            "motion": motion.model_copy(update={"tip": tip}),
             "sensors": MappingProxyType(sensors),
         }
     )

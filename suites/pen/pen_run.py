@@ -14,6 +14,7 @@ from benchmark.tasks.history import outcome, state_series
 from benchmark.tasks.task import Outcome, Quantity, Series, Task
 from estimation.estimate import EstimateHistory
 from estimation.estimator import Estimator, run
+from estimation.outputs import outputs_of
 from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.pen import pen_model
@@ -22,7 +23,15 @@ from pen_mhe.errors import ERROR_COLUMNS, state_errors
 from pen_mhe.estimators import create_estimator
 from pen_mhe.sensor_verdict import judge
 from recordings.simulate_pen import simulate
-from suites.pen.pen_cases import DURATION_S, MOTION, PEN_CASES, REFERENCE, assumed_pen, moving_pen
+from suites.pen.pen_cases import (
+    DURATION_S,
+    MOTION,
+    PEN_CASES,
+    REFERENCE,
+    SPIN_IGNORED,
+    assumed_pen,
+    moving_pen,
+)
 
 SETTLING_S = 1.0
 """Begin of a run that errors leave out."""
@@ -45,17 +54,20 @@ SHOWN: Mapping[str, tuple[str, str, float]] = MappingProxyType(
         "elevation": ("elevation_rad", "deg", 180 / math.pi),
     }
 )
-"""Quantity of a series → state, unit, factor from SI."""
+"""Quantity of a series → output, unit, factor from SI."""
 
-SHOWN_SENSORS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+SHOWN_SENSORS: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {
-        "accel+gyro": ("elevation",),
-        "two accelerometers": ("elevation",),
-        "camera": ("tip_x", "tip_y", "elevation"),
-        "accel+gyro+camera": ("tip_x", "tip_y", "elevation"),
+        REFERENCE: {
+            "gyro": ("elevation",),
+            "accel+gyro": ("elevation",),
+            "camera": ("tip_x", "tip_y", "elevation"),
+            "accel+gyro+camera": ("tip_x", "tip_y", "elevation"),
+        },
+        SPIN_IGNORED: {"gyro": ("elevation",), "accel+gyro": ("elevation",)},
     }
 )
-"""Configuration → quantities that figures show over time."""
+"""Case → configuration → quantities that figures show over time."""
 
 
 def run_pen(task: Task) -> Outcome:
@@ -68,10 +80,10 @@ def run_pen(task: Task) -> Outcome:
     history = run(estimator, replace(recording, truth=None))
     quantities = pen_quantities(model, history, truth, _seen(task.case, task.sensors))
     series: list[Series] = []
-    if task.seed == 0 and task.case == REFERENCE:
+    if task.seed == 0:
         series = [
             state_series(history, truth, SHOWN[name][0], name, *SHOWN[name][1:])
-            for name in SHOWN_SENSORS.get(task.sensors, ())
+            for name in SHOWN_SENSORS.get(task.case, {}).get(task.sensors, ())
         ]
     return outcome(model.name, history, quantities, series=series)
 
@@ -81,23 +93,24 @@ def pen_quantities(
 ) -> list[Quantity]:
     """Return the errors of a pen's tip, angles and rates after `SETTLING_S`.
 
+    Of the rates, those that model and truth share: of the body, or of the angles.
+
     Parameters
     ----------
-    seen : state name → whether the sensors show it; a quantity is observable where all of
-        its states are
+    seen : output → whether the sensors show it; a quantity is observable where all of its
+        outputs are
     """
-    errors = state_errors(model, history, truth)
+    errors, std = state_errors(model, history, truth), history.values_std
     later: Array = history.time_s - history.time_s[0] >= SETTLING_S
     found = []
     for column, (quantity, unit) in UNITS.items():
-        states, factor = ERROR_COLUMNS[column]
-        known = [name for name in states if name in model.state_names]
+        names, factor = ERROR_COLUMNS[column]
+        known = [name for name in names if name in history.names and name in truth.names]
         if known:
-            index = [model.state_names.index(name) for name in known]
-            of_run = factor * errors[later][:, index]
-            found.append(
-                Quantity.of_errors(quantity, unit, of_run, all(seen[name] for name in known))
-            )
+            index = [history.index(name) for name in known]
+            of_run, claims = (factor * values[later][:, index] for values in (errors, std))
+            observable = all(seen[name] for name in known)
+            found.append(Quantity.of_errors(quantity, unit, of_run, observable, claimed=claims))
     return found
 
 
@@ -119,10 +132,10 @@ def _estimator(case: str, sensors: str, name: str) -> Estimator[Any]:
 
 @cache
 def _seen(case: str, sensors: str) -> Mapping[str, bool]:
-    """Return which states a configuration shows, along the motion of seed 0.
+    """Return which outputs a configuration shows, along the motion of seed 0.
 
     What the sensors show is the moving pen's matter, not that of what is assumed of it.
     """
     model = pen_model(moving_pen(case), CONFIGURATIONS[sensors].sensors)
     found = judge(model, _recording(case, sensors, 0))
-    return MappingProxyType({name: found.sees(name) for name in model.state_names})
+    return MappingProxyType({name: found.sees(name) for name in outputs_of(model).names})

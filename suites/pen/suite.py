@@ -45,16 +45,18 @@ def run(task: Task, scope: Scope) -> Outcome:
 
 SUITE = Suite(
     name=NAME,
-    title="Attitude of a pen: the turntable of [Pen], and the whole pen",
+    title="Attitude of a pen: one that spins in the hand, and the world of [Pen]",
     summary=(
-        "[Pen] (Cao, Liu, Liu, 2008) puts an accelerometer and a gyroscope on a turntable, writes "
-        "strokes with it and compares three choices of sensors with an extended Kalman filter. "
-        "Here its experiment is simulated, with its sensors' noise and its table's rates and "
-        "tolerances; the strokes' corners and durations are ours. Every choice of sensors runs on "
-        "every estimator, from starts that are right and from starts up to 60 deg wrong; runs that "
-        "end in the mirror solution are counted apart. Then the same question is asked of the "
-        "whole pen at the speed of handwriting, where the accelerations that the paper neglects "
-        "are as large as what it measures."
+        "Which sensors does a pen need that spins in a writer's hand? Eight choices of data-sheet "
+        "sensors, their biases estimated, run on every estimator along simulated handwriting; the "
+        "estimators are told the hand that the pen file states, never the truth. [Pen] (Cao, Liu, "
+        "Liu, 2008) asks the same of a pen that cannot spin: the same handwriting without spin "
+        "stands beside, with what it costs to believe it of a pen that does, and with what the "
+        "paper neglects, accelerations that are as large as what it measures. Its own experiment, "
+        "an accelerometer and a gyroscope on a turntable that writes strokes, is simulated with "
+        "its sensors' noise and its table's rates and tolerances; the strokes' corners and "
+        "durations are ours. Starts there are right, or up to 60 deg wrong; runs that end in the "
+        "mirror solution are counted apart."
     ),
     tasks=tasks,
     run=run,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import pandas as pd
 import pytest
 
 from benchmark.report.advice import advice
-from benchmark.report.content import content
+from benchmark.report.content import PAPERS_WORLD, content
 from benchmark.report.made_with import duration_s, made_with
 from benchmark.report.matrix import FAILED, NO_FIGURE, NOT_OBSERVABLE, NOT_RUN, matrices
 from benchmark.report.numbers import interval, number, seconds
@@ -99,6 +100,22 @@ def test_answer_comes_first(written: Path) -> None:
         assert places == sorted(places)
 
 
+def test_the_pen_that_cannot_spin_stands_apart(written: Path) -> None:
+    """After the answer, with what it costs to believe in it, and without advice."""
+    for name in ("report.html", "report.md"):
+        text = unescape((written / name).read_text("utf-8"))
+        text = text[text.find("<main>") + 1 :].partition("Of 9 claims")[0]
+        answer, _, apart = text.rpartition(PAPERS_WORLD)
+        assert "Take accel+gyro+camera with mhe" in answer
+        assert "Cheapest without a camera: accel with mhe" in answer
+        assert synthetic.NO_SPIN not in answer
+        assert synthetic.NO_SPIN in apart
+        assert "accel+gyro: elevation 21.6 deg off, claiming 0.0200 (with mhe)" in apart
+        assert "gyro: elevation 21.6 deg off" in apart
+        assert "of the free pen: not observable" in apart
+        assert "Take" not in apart
+
+
 def test_json_in_scripts_cannot_end_them() -> None:
     value = {"a": ["</script>", "<!--", "&lt;", "\u2028"]}
     text = str(script_json(value))
@@ -130,7 +147,7 @@ def test_table_escapes() -> None:
 def test_matrix_has_medians_and_words() -> None:
     rows = synthetic.results().rows
     found = {matrix.quantity: matrix for matrix in matrices(rows)}
-    assert list(found) == ["tip", "azimuth", "elevation", "rates", "spin"]
+    assert list(found) == ["elevation", "rates", "spin", "azimuth", "tip"]
     tip = found["tip"]
     assert tip.sensors == tuple(synthetic.ERRORS)
     assert tip.estimators == ("ekf", "mhe-rti", "mhe")

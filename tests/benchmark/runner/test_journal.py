@@ -23,7 +23,9 @@ TASK, OTHER = tasks(2)
 texts = st.text(st.characters(exclude_categories=["Cs"]))
 floats = st.floats(allow_nan=True, allow_infinity=True)
 vectors = arrays("<f8", st.integers(0, 4), elements=st.floats(width=64))
-quantities = st.builds(Quantity, texts, texts, floats, floats, floats, st.booleans())
+quantities = st.builds(
+    Quantity, texts, texts, floats, floats, floats, st.booleans(), st.none() | floats
+)
 series = st.builds(Series, texts, texts, vectors, vectors, st.none() | vectors, st.none() | vectors)
 outcomes = st.builds(
     Outcome,

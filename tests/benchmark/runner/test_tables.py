@@ -22,7 +22,7 @@ TIME_S = np.array([0.0, 0.5, 1.0])
 GOOD = Outcome(
     "a model",
     (
-        Quantity("tip", "mm", 1.5, -0.5, 2.5, True),
+        Quantity("tip", "mm", 1.5, -0.5, 2.5, True, 0.5),
         Quantity("settling", "s", math.inf, math.inf, math.inf, False),
     ),
     3,
@@ -59,11 +59,13 @@ def test_a_row_per_quantity_in_the_order_of_the_tasks(tmp_path: Path) -> None:
     assert tip == {
         "suite": "pen", "case": "b", "model": "a model", "sensors": "accel", "estimator": "ekf",
         "seed": 1, "quantity": "tip", "unit": "mm", "rmse": 1.5, "bias": -0.5, "max_error": 2.5,
-        "observable": True, "samples": 3, "solved_fraction": 0.75, "step_time_median_s": 1e-3,
-        "step_time_p99_s": 2e-3, "status": "mirror", "reason": "in the mirror",
+        "observable": True, "claimed": 0.5, "samples": 3, "solved_fraction": 0.75,
+        "step_time_median_s": 1e-3, "step_time_p99_s": 2e-3, "status": "mirror",
+        "reason": "in the mirror",
     }  # fmt: skip
     assert rows.iloc[1]["rmse"] == math.inf
     assert not rows.iloc[1]["observable"]
+    assert np.isnan(rows.iloc[1]["claimed"])  # claims none
 
 
 def test_a_failed_task_is_a_row_with_its_reason(tmp_path: Path) -> None:

@@ -32,6 +32,16 @@ def test_errors_of_a_vector_are_lengths() -> None:
     )
 
 
+def test_what_was_claimed_of_a_vector_adds_up_as_variances() -> None:
+    """So that it compares with the RMSE, whose errors are lengths."""
+    std = np.array([[3.0, 4.0], [6.0, 8.0]])
+    found = Quantity.of_errors("tip", "mm", std, claimed=std)
+    assert found.claimed == pytest.approx(found.rmse)
+    one = Quantity.of_errors("elevation", "deg", std[:, 0], claimed=std[:, 0])
+    assert one.claimed == pytest.approx(math.sqrt((9 + 36) / 2))
+    assert Quantity.of_errors("tip", "mm", std).claimed is None
+
+
 @pytest.mark.parametrize("figure", [0.0, -2.5, 7.0, math.inf])
 def test_a_single_figure(figure: float) -> None:
     found = Quantity.single("settling", "s", figure)

@@ -12,8 +12,8 @@ from benchmark.verdicts.claims import Claim
 ROW: dict[str, Any] = {
     "suite": "pen", "case": "a", "model": "m", "sensors": "accel", "estimator": "ekf", "seed": 0,
     "quantity": "tip", "unit": "mm", "rmse": 1.0, "bias": 0.5, "max_error": 2.0,
-    "observable": True, "samples": 9, "solved_fraction": 1.0, "step_time_median_s": 1e-3,
-    "step_time_p99_s": 2e-3, "status": "ok", "reason": "",
+    "observable": True, "claimed": 1.5, "samples": 9, "solved_fraction": 1.0,
+    "step_time_median_s": 1e-3, "step_time_p99_s": 2e-3, "status": "ok", "reason": "",
 }  # fmt: skip
 
 

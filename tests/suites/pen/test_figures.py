@@ -11,15 +11,15 @@ from benchmark.runner.tables import result_rows
 from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, Results
 from benchmark.tasks.task import Outcome, Quantity, Task, failed
 from suites.pen.figures import figures
-from suites.pen.pen_cases import REFERENCE
+from suites.pen.pen_cases import REFERENCE, SPIN_IGNORED, WITHOUT_SPIN
 from suites.pen.table_run import SHOWN
 
 ESTIMATORS = ("ekf", "mhe")
 TIME_S = np.arange(0, 2, 0.5)
 NEGLECTED = "accelerations neglected, speed 3"
 KEYS = [
+    *("pen-elevation", "pen-paths", "pen-spin-ignored", "pen-speeds"),
     *("pen-figure-3", "pen-figure-4", "pen-starts", "pen-by-stroke"),
-    *("pen-elevation", "pen-paths", "pen-speeds"),
 ]
 
 
@@ -42,7 +42,7 @@ def results() -> Results:
         for seed in range(3):
             for case, names in (
                 (SHOWN[0], ("tilts", "tilt_rates")),
-                (REFERENCE, ("elevation", "rates")),
+                (WITHOUT_SPIN, ("elevation", "rates")),
                 (NEGLECTED, ("elevation", "rates")),
                 ("start 0 deg", ("tilts_last",)),
             ):
@@ -58,6 +58,9 @@ def results() -> Results:
         for quantity in ("tip_x", "tip_y", "elevation"):
             task = Task("pen", REFERENCE, "camera", estimator, 0)
             lines.append(series(task, quantity, level))
+        for case, wrong in ((SPIN_IGNORED, 20), (REFERENCE, 1)):
+            task = Task("pen", case, "accel+gyro", estimator, 0)
+            lines.append(series(task, "elevation", level * wrong))
     found[Task("pen", SHOWN[1], "accel", "ekf", 0)] = failed("it broke")
     rows = pd.DataFrame(
         [row for pair in found.items() for row in result_rows(*pair)], columns=list(RESULT_COLUMNS)
@@ -121,6 +124,12 @@ def test_speeds_are_sorted_and_have_their_spread(results: Results) -> None:
     assert list(lines["rigid body, ekf"].x) == [1.0]
 
 
+def test_a_pen_taken_for_one_that_cannot_spin_stands_beside_the_free_one(results: Results) -> None:
+    (panel,) = [panel for panel in drawn(results)["pen-spin-ignored"].panels if panel.lines[1:]]
+    assert [line.name for line in panel.lines] == [TRUTH, "no spin believed", "free"]
+    assert [line.y[0] for line in panel.lines] == [0.0, 20.0, 1.0]
+
+
 def test_strokes_are_numbered_as_the_caption_says(results: Results) -> None:
     figure = drawn(results)["pen-by-stroke"]
     number = int(figure.panels[2].lines[0].x[0])
@@ -137,7 +146,14 @@ def test_the_path_begins_where_errors_are_judged(results: Results) -> None:
 
 @pytest.mark.parametrize(
     ("column", "value"),
-    [("quantity", "tilts"), ("quantity", "tip_y"), ("case", REFERENCE), ("sensors", "accel+gyro")],
+    [
+        ("quantity", "tilts"),
+        ("quantity", "tip_y"),
+        ("case", REFERENCE),
+        ("case", SPIN_IGNORED),
+        ("case", WITHOUT_SPIN),
+        ("sensors", "accel+gyro"),
+    ],
 )
 def test_what_is_left_is_drawn(results: Results, column: str, value: str) -> None:
     left = Results(
@@ -164,5 +180,5 @@ def test_nothing_is_drawn_of_nothing(results: Results) -> None:
     assert figures(nothing) == []
     only_series = Results(results.rows[:0], results.series)
     assert [figure.key for figure in figures(only_series)] == [
-        *("pen-figure-3", "pen-figure-4", "pen-elevation", "pen-paths")
+        *("pen-elevation", "pen-paths", "pen-spin-ignored", "pen-figure-3", "pen-figure-4")
     ]

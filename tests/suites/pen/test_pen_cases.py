@@ -7,14 +7,19 @@ import numpy as np
 import pytest
 
 from benchmark.configurations import CONFIGURATIONS
+from benchmark.report.belief import BELIEVING
+from benchmark.report.matrix import MATRIX, NO_SPIN
+from models.motions import sample_motion
 from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from suites.pen.pen_cases import (
+    MEASURED_HAND,
     NEGLIGIBLE,
     PEN_CASES,
     REFERENCE,
-    WITH_SPIN,
+    SPIN_IGNORED,
+    WITHOUT_SPIN,
     assumed_pen,
     moving_pen,
 )
@@ -35,7 +40,7 @@ def derivative(pen: PenConfig, sensor: str) -> dict[str, float]:
 @pytest.mark.parametrize("speed", [0.1, 0.3, 3.0])
 def test_what_is_known_of_the_motion_follows_its_speed(speed: float) -> None:
     """q(st) has derivatives s, s², s³ times; the density of the jerk is s³ over √s."""
-    slow, own = moving_pen(f"rigid body, speed {speed:g}"), moving_pen(REFERENCE)
+    slow, own = moving_pen(f"rigid body, speed {speed:g}"), moving_pen(WITHOUT_SPIN)
     powers = {
         "velocity_std_m_s": 1,
         "angle_rate_std_rad_s": 1,
@@ -48,9 +53,10 @@ def test_what_is_known_of_the_motion_follows_its_speed(speed: float) -> None:
             assert of_slow == pytest.approx(of_own * speed ** powers[field])
         else:
             assert of_slow == of_own
-    for field in ("tip_jerk_density_m_s3_per_sqrt_hz", "angle_jerk_density_rad_s3_per_sqrt_hz"):
-        ratio = getattr(slow.process_noise, field) / getattr(own.process_noise, field)
-        assert ratio == pytest.approx(speed**3 / speed**0.5)
+    for part in ("tip", "attitude"):
+        of_slow, of_own = (getattr(pen.motion, part).built() for pen in (slow, own))
+        assert of_slow.rate == of_own.rate == 0  # white jerk, the paper's
+        assert of_slow.density / of_own.density == pytest.approx(speed**3 / speed**0.5)
     assert slow.sensors == own.sensors == load_pen("reference").sensors
 
 
@@ -59,14 +65,32 @@ def test_who_assumes_what_moves() -> None:
         case: (moving_pen(case).degrees_of_freedom, assumed_pen(case).degrees_of_freedom)
         for case in PEN_CASES
     }
-    assert freedom.pop(WITH_SPIN) == (6, 6)
-    assert freedom.pop("spin ignored") == (6, 5)
+    assert freedom.pop(REFERENCE) == freedom.pop(MEASURED_HAND) == (6, 6)
+    assert freedom.pop(SPIN_IGNORED) == (6, 5)
     assert set(freedom.values()) == {(5, 5)}
     for case, row in PEN_CASES.items():
         assert set(row.sensors) <= set(CONFIGURATIONS)
-        assert (moving_pen(case) != assumed_pen(case)) == (row.neglects or case == "spin ignored")
+        assert (moving_pen(case) != assumed_pen(case)) == (row.neglects or case == SPIN_IGNORED)
         if "speed" in case:
             assert row.speed == float(case.rpartition(" ")[2])
+
+
+def test_the_answer_is_about_the_bundled_pen_as_its_file_says() -> None:
+    assert assumed_pen(REFERENCE) == load_pen("reference")
+    assert PEN_CASES[REFERENCE].sensors == tuple(CONFIGURATIONS)
+    assert [chosen.case for chosen in MATRIX] == [REFERENCE]
+    assert [chosen.case for chosen in NO_SPIN] == [WITHOUT_SPIN]
+    assert BELIEVING == SPIN_IGNORED
+
+
+def test_a_measured_hand_is_what_handwriting_does() -> None:
+    """Velocity and acceleration of the told chain are near the RMS of those of the motion."""
+    tip = assumed_pen(MEASURED_HAND).motion.tip.built()
+    time_s = np.arange(0, 10, 0.01)
+    played = [sample_motion("handwriting", time_s, seed=seed) for seed in range(10)]
+    for told, derivative in zip(tip.stationary_std[1:], ("q_dot", "q_ddot"), strict=True):
+        on_paper = np.concatenate([getattr(motion, derivative)[:, :2] for motion in played])
+        assert 1 / 1.5 < told / np.sqrt(np.mean(on_paper**2)) < 1.5
 
 
 @pytest.mark.parametrize("speed", [0.1, 0.3, 1.0, 3.0])
@@ -82,24 +106,20 @@ def test_neglecting_takes_the_accelerometer_for_gravity_alone(speed: float) -> N
     assert max(of_assumed[state] for state in turning) < 1e-12
     assert of_assumed["elevation_rad"] > 1
     # The tip hardly accelerates: its accelerations are still in the model, but known to be none.
-    noise = "tip_jerk_density_m_s3_per_sqrt_hz"
-    for part, field in (
-        ("prior", "acceleration_std_m_s2"),
-        ("prior", "velocity_std_m_s"),
-        ("process_noise", noise),
-    ):
-        told, true = (getattr(getattr(pen, part), field) for pen in (assumed, moving))
+    for field in ("acceleration_std_m_s2", "velocity_std_m_s"):
+        told, true = (getattr(pen.prior, field) for pen in (assumed, moving))
         assert told == pytest.approx(NEGLIGIBLE * true)
+    told, true = (pen.motion.tip.built().density for pen in (assumed, moving))
+    assert told == pytest.approx(NEGLIGIBLE * true)
     # Nothing else is assumed differently.
     assert derivative(assumed, "gyro") == derivative(moving, "gyro")
     assert assumed.prior.angle_rate_std_rad_s == moving.prior.angle_rate_std_rad_s
-    angle = "angle_jerk_density_rad_s3_per_sqrt_hz"
-    assert getattr(assumed.process_noise, angle) == getattr(moving.process_noise, angle)
+    assert assumed.motion.attitude == moving.motion.attitude
 
 
 def test_the_reference_is_what_a_neglecting_pen_is_compared_with() -> None:
     for case, row in PEN_CASES.items():
         if row.neglects:
-            like = REFERENCE if row.speed == 1 else f"rigid body, speed {row.speed:g}"
+            like = WITHOUT_SPIN if row.speed == 1 else f"rigid body, speed {row.speed:g}"
             assert moving_pen(case) == moving_pen(like) == assumed_pen(like)
             assert set(row.sensors) <= set(PEN_CASES[like].sensors)

@@ -20,7 +20,7 @@ from benchmark.verdicts.judge import paired_values
 from estimation.estimator import run
 from pen_mhe.estimators import ESTIMATORS
 from suites.pen import pen_run, table_run
-from suites.pen.pen_cases import PEN_CASES, REFERENCE
+from suites.pen.pen_cases import PEN_CASES, REFERENCE, SPIN_IGNORED, WITHOUT_SPIN
 from suites.pen.suite import NAME, SUITE
 from suites.pen.table_run import SHOWN, STARTS, STROKES
 
@@ -140,19 +140,39 @@ def test_what_is_observable_of_a_pen() -> None:
         return {quantity.name: quantity.observable for quantity in outcome.quantities}
 
     inertial = seen("accel+gyro")
-    assert inertial == {"tip": False, "azimuth": False, "elevation": True, "rates": True}
-    # Frames 33 ms apart say no more of a rate than was known of the hand before.
-    assert seen("camera") == {"tip": True, "azimuth": True, "elevation": True, "rates": False}
+    assert inertial == {
+        "tip": False, "azimuth": False, "elevation": True, "spin": True, "rates": True
+    }  # fmt: skip
+    # A gyroscope knows how the pen turns, and nothing of how it stands.
+    assert seen("gyro") == dict.fromkeys(inertial, False) | {"rates": True}
     assert seen("accel+gyro+camera") == dict.fromkeys(inertial, True)
+
+
+def test_rates_are_those_that_model_and_truth_share() -> None:
+    """Of the body for a free pen, of the angles for one that cannot spin, none between the two."""
+    found = {}
+    for case in (REFERENCE, WITHOUT_SPIN, SPIN_IGNORED):
+        outcome = SUITE.run(Task(NAME, case, "accel+gyro", "ekf", 0), ONE)
+        found[case] = {quantity.name: quantity for quantity in outcome.quantities}
+        assert all(np.isfinite(quantity.rmse) for quantity in outcome.quantities)
+        assert all(quantity.claimed is not None for quantity in outcome.quantities)
+    angles = ["tip", "azimuth", "elevation"]
+    assert list(found[REFERENCE]) == [*angles, "spin", "rates"]
+    assert list(found[WITHOUT_SPIN]) == [*angles, "rates"]
+    assert list(found[SPIN_IGNORED]) == angles
+    # Who believes in no spin is wrong, and sure of it; who does not is as wrong as it says.
+    believed, free = (found[case]["elevation"] for case in (SPIN_IGNORED, REFERENCE))
+    assert believed.rmse > 100 * (believed.claimed or np.inf)
+    assert free.rmse < 3 * (free.claimed or 0.0)
 
 
 def test_series_are_of_seed_0_and_of_what_figures_show() -> None:
     shown = [
         task
         for task in SUITE.tasks(ONE)
-        if task.case in SHOWN or (task.case == REFERENCE and task.sensors in pen_run.SHOWN_SENSORS)
+        if task.case in SHOWN or task.sensors in pen_run.SHOWN_SENSORS.get(task.case, {})
     ]
-    assert len(shown) == 2 * 3 * 4 + 4 * 3
+    assert len(shown) == 2 * 3 * 4 + (4 + 2) * 3
     stroke = example(EXAMPLES["stroke"])
     assert [series.quantity for series in stroke.series] == [
         *("tilt_phi", "tilt_phi_rate", "tilt_theta", "tilt_theta_rate")

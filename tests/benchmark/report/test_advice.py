@@ -1,0 +1,214 @@
+"""Advice follows from the numbers, by rules: on made-up rows, the bad ones too."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmark.report.advice import Advice, advice
+from benchmark.report.belief import costs_of_belief
+from benchmark.report.choice import is_far_beyond
+from benchmark.report.matrix import MATRIX, SHOWN, Cell, Matrix, matrices
+from tests.benchmark.verdicts.results_table import seeds, table
+
+CASE = MATRIX[0].case
+Runs = Mapping[tuple[str, str], Sequence[float]]
+"""(sensors, estimator) → RMSE of each seed, deg."""
+
+
+def rows(runs: Runs, blind: Sequence[str] = (), **more: Any) -> pd.DataFrame:
+    """Elevation of the answer's case; sensors in `blind` do not show it."""
+    made = [
+        row
+        for (sensors, estimator), values in runs.items()
+        for row in seeds(
+            list(values),
+            **{
+                "case": CASE, "sensors": sensors, "estimator": estimator, "unit": "deg",
+                "quantity": "elevation", "observable": sensors not in blind, **more,
+            },
+        )
+    ]  # fmt: skip
+    return table(*made)
+
+
+def matrix(runs: Runs, blind: Sequence[str] = (), **more: Any) -> Matrix:
+    (found,) = matrices(rows(runs, blind, **more))
+    return found
+
+
+def advised(runs: Runs, blind: Sequence[str] = (), **more: Any) -> Advice:
+    return advice(matrix(runs, blind, **more))
+
+
+def everything(found: Advice) -> str:
+    return " ".join((found.take, found.without_camera, found.more))
+
+
+STEADY = [0.20, 0.21, 0.22, 0.23]
+LOST = [0.05, 0.06, 0.05, 50.6]
+"""A small median and one seed that is lost."""
+
+
+@pytest.mark.parametrize("claimed", [0.05, 20.0, float("nan")])
+def test_an_estimator_with_a_lost_seed_is_never_named(claimed: float) -> None:
+    """Whatever it claims: ``take gyro with ekf … worst seed 50.6 with ekf, 0.28 with mhe-rti``."""
+    runs = {("gyro", "ekf"): LOST, ("gyro", "mhe-rti"): STEADY}
+    found = advised(runs, claimed=claimed)
+    assert found.take.startswith("Take gyro with mhe-rti (0.215 deg): the worst seed of ekf is")
+    assert "50.6 deg" in found.take
+    assert found.take.endswith("far beyond 0.230 with mhe-rti.")
+    assert "with ekf" not in everything(found)
+    assert found.without_camera == "Cheapest without a camera: gyro with mhe-rti (0.215 deg)."
+
+
+def test_nor_is_an_mhe_with_a_lost_seed() -> None:
+    found = advised({("gyro", "ekf"): STEADY, ("gyro", "mhe-rti"): LOST})
+    assert found.take.startswith("Take gyro with ekf (0.215 deg): the worst seed of mhe-rti is")
+    assert "with mhe-rti" not in everything(found)
+
+
+def test_a_lost_seed_makes_no_sensors_the_best() -> None:
+    runs = {
+        ("gyro", "ekf"): LOST,
+        ("gyro", "mhe-rti"): [2.0, 2.0, 2.0, 2.1],
+        ("camera", "ekf"): [1.0, 1.0, 1.1, 1.1],
+        ("camera", "mhe-rti"): [1.0, 1.0, 1.1, 1.1],
+    }
+    found = advised(runs)
+    assert found.take.startswith("Take camera with ekf")
+    assert found.more.startswith("Next: gyro, 2.00 deg with mhe-rti")
+
+
+def test_of_two_mhes_the_one_that_is_lost_is_not_named() -> None:
+    runs = {
+        ("gyro", "ekf"): [1.0, 1.1, 1.2, 1.3],
+        ("gyro", "mhe-rti"): LOST,
+        ("gyro", "mhe"): STEADY,
+    }
+    found = advised(runs)
+    assert found.take.startswith("Take gyro with mhe (0.215 deg)")
+    assert "with mhe-rti" not in everything(found)
+
+
+def test_seeds_without_a_figure_are_lost_seeds() -> None:
+    """A run that broke off, or ended in the mirror."""
+    of = rows({("gyro", "ekf"): STEADY, ("gyro", "mhe-rti"): [0.1] * 4})
+    of.loc[(of["estimator"] == "mhe-rti") & (of["seed"] == 3), ["status", "rmse"]] = (
+        "mirror",
+        np.nan,
+    )
+    (found,) = matrices(of)
+    said = advice(found)
+    assert said.take == ("Take gyro with ekf (0.215 deg): mhe-rti has no figure for 1 of 4 seeds.")
+
+
+def cell(high: float, by_claim: float = float("nan"), seeds: int = 4) -> Cell:
+    return Cell(SHOWN, high / 2, high / 4, high, high, by_claim, seeds, 4)
+
+
+@pytest.mark.parametrize(
+    ("mine", "other", "beyond"),
+    [
+        (cell(50.6, 40.0), cell(0.28), True),
+        (cell(50.6, 0.5), cell(0.28), True),  # it knows, but it is 180 times the other's
+        (cell(2.1, 3.1), cell(1.0), True),
+        (cell(2.1, 2.9), cell(1.0), False),  # as uncertain as it says
+        (cell(2.1), cell(1.0), True),  # claims nothing
+        (cell(1.9, 30.0), cell(1.0), False),
+        (cell(1.0, 9.0), cell(1.0, 9.0), False),
+        (cell(1.0, 1.0, seeds=3), cell(50.0, 1.0), True),
+        (cell(1.0, 1.0, seeds=3), cell(1.0, 1.0, seeds=3), False),
+        (cell(np.inf), cell(1.0), True),
+        (cell(np.inf), cell(np.inf), False),
+    ],
+)
+def test_what_is_far_beyond(mine: Cell, other: Cell, beyond: bool) -> None:
+    assert is_far_beyond(mine, other) is beyond
+
+
+def test_a_cell_has_the_claim_of_its_worst_seed() -> None:
+    of = rows({("gyro", "ekf"): [1.0, 6.0, 2.0]})
+    of["claimed"] = [1.0, 1.5, 4.0]
+    (found,) = matrices(of)
+    assert found.cell("gyro", "ekf").claimed == 1.5
+    assert found.cell("gyro", "ekf").worst_by_claim == 4.0
+
+
+ALONE = {
+    ("accel", "ekf"): [5.0] * 3,
+    ("gyro", "ekf"): [6.0] * 3,
+    ("accel+gyro", "ekf"): [0.9, 1.0, 1.1],
+    ("accel+gyro+contact", "ekf"): [0.8, 0.9, 1.0],
+    ("camera", "ekf"): [0.3] * 3,
+    ("accel+gyro+camera", "ekf"): [0.1] * 3,
+}
+
+
+def test_the_cheapest_without_a_camera_and_what_is_not_observable() -> None:
+    found = advised(ALONE, blind=("accel", "gyro"))
+    assert found.take.startswith("Take accel+gyro+camera with ekf (0.100 deg)")
+    assert found.without_camera == (
+        "Cheapest without a camera: accel+gyro with ekf (1.00 deg, 10.0 times the best); "
+        "best without: accel+gyro+contact with ekf (0.900 deg, 9.00 times the best)."
+    )
+    assert "Accelerometer alone and gyroscope alone: not observable." in found.more
+
+
+def test_one_that_is_not_observable() -> None:
+    found = advised(ALONE, blind=("gyro",))
+    assert found.more.endswith("Gyroscope alone: not observable.")
+    assert found.without_camera.startswith("Cheapest without a camera: accel with ekf (5.00 deg")
+    assert "best without: accel+gyro+contact with ekf" in found.without_camera
+
+
+def test_the_best_without_a_camera_has_no_needless_sensor() -> None:
+    runs = {**ALONE, ("accel+gyro+contact", "ekf"): [0.88, 0.98, 1.08]}
+    found = advised(runs, blind=("accel", "gyro"))
+    assert found.without_camera == (
+        "Cheapest without a camera: accel+gyro with ekf (1.00 deg, 10.0 times the best)."
+    )
+
+
+def test_nothing_without_a_camera_is_said_to_be_so() -> None:
+    inertial = tuple(sensors for sensors, _ in ALONE if "camera" not in sensors)
+    assert advised(ALONE, blind=inertial).without_camera == "Without a camera: not observable."
+    with_camera = {key: value for key, value in ALONE.items() if "camera" in key[0]}
+    assert advised(with_camera).without_camera == ""
+
+
+def test_an_infinite_figure_is_not_called_not_observable() -> None:
+    found = advised({**ALONE, ("gyro", "ekf"): [np.inf] * 3}, blind=("accel",))
+    assert "gyro" not in found.more.partition("Next")[2].partition("(")[2]
+    assert found.more.endswith("Accelerometer alone: not observable.")
+
+
+def test_nothing_to_advise() -> None:
+    found = advised({("gyro", "ekf"): [1.0]}, blind=("gyro",))
+    assert everything(found).strip() == "Nothing in this run gives it: there is nothing to advise."
+
+
+def test_what_believing_in_no_spin_costs() -> None:
+    free = rows({("accel+gyro", "ekf"): [1.0] * 3, ("gyro", "ekf"): [9.0] * 3}, blind=("gyro",))
+    believed = rows(
+        {
+            ("accel+gyro", "ekf"): [25.0] * 3,
+            ("accel+gyro", "mhe"): [20.0] * 3,
+            ("gyro", "ekf"): [23.0] * 3,
+            ("camera", "ekf"): [0.5] * 3,
+        },
+        blind=("gyro",),
+        claimed=0.05,
+    ).assign(case="spin ignored")
+    assert costs_of_belief(pd.concat([free, believed])) == [
+        "gyro: elevation 23.0 deg off, claiming 0.0500 (with ekf); "
+        "of the free pen: not observable.",
+        "accel+gyro: elevation 20.0 deg off, claiming 0.0500 (with mhe); "
+        "the free pen 1.00 deg (with ekf, 20.0 times less).",
+        "camera: elevation 0.500 deg off, claiming 0.0500 (with ekf); the free pen did not run.",
+    ]
+    assert costs_of_belief(free) == []
