@@ -211,7 +211,9 @@ def _estimation_errors(
     for recording in recordings:
         history = run(estimator, recording.select(measured))
         settled = state_errors(model, history, _truth(recording))[history.time_s >= SETTLING_S]
-        runs.append(root_mean_square(history.names, settled, {c: ERROR_COLUMNS[c] for c in columns}))
+        runs.append(
+            root_mean_square(history.names, settled, {c: ERROR_COLUMNS[c] for c in columns})
+        )
     result = {}
     for column in COLUMNS:
         values = np.array([errors.get(column, np.nan) for errors in runs])
