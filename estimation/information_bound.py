@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimation.kalman_stage import KalmanStage
+from estimation.outputs import output_jacobian, outputs_of
 from estimation.recording import Measurement
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -30,9 +31,12 @@ standard deviation; smaller is stricter."""
 
 @dataclass(frozen=True, eq=False)
 class InformationBound:
-    """Lowest standard deviations (n, n_x) along a motion, beside the prior's (n_x,)."""
+    """Lowest standard deviations (n, n_o) along a motion, beside the prior's (n_o,).
 
-    state_names: tuple[str, ...]
+    Of what people read, `estimation.outputs.outputs_of`; the prior's are at the first state.
+    """
+
+    names: tuple[str, ...]
     std: Array
     prior_std: Array
 
@@ -55,12 +59,20 @@ def information_bound(
     """
     stage = stage or KalmanStage(model)
     covariance, std = model.prior.covariance, []
+    jacobian = output_jacobian(model)
     before: tuple[float, Array] | None = None
     for measurement, x in zip(measurements, states, strict=True):
         if before is not None:
             dt = measurement.time_s - before[0]
             covariance = stage.predict(GaussianState(before[1], covariance), dt).state.covariance
         covariance = stage.update(GaussianState(x, covariance), measurement.y).state.covariance
-        std.append(np.sqrt(np.diag(covariance)))
+        std.append(_std(jacobian(x).full(), covariance))
         before = (measurement.time_s, x)
-    return InformationBound(model.state_names, np.array(std), model.prior.std)
+    names, first = outputs_of(model).names, jacobian(states[0]).full()
+    return InformationBound(names, np.array(std), _std(first, model.prior.covariance))
+
+
+def _std(J: Array, covariance: Array) -> Array:
+    """Return standard deviations (n_o,) of outputs with Jacobian J (n_o, n_x)."""
+    std: Array = np.sqrt(((J @ covariance) * J).sum(axis=1))
+    return std

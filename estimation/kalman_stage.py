@@ -49,14 +49,11 @@ def predict_function(model: StateSpaceModel) -> ca.Function:
     d_plus, x_lin = ca.SX.sym("d_plus", n_x), ca.SX.sym("x_lin", n_x)
     w_lin, dt = ca.SX.sym("w_lin", n_w), ca.SX.sym("dt")
     P_plus, noise_scale = ca.SX.sym("P_plus", n_x, n_x), ca.SX.sym("noise_scale", n_w)
-    delta = ca.SX.sym("delta", n_x)
 
     reached = model.f(x_lin, w_lin, dt)
-    moved = model.difference(model.f(model.retract(x_lin, delta), w_lin, dt), reached)
-    F = ca.substitute(ca.jacobian(moved, delta), delta, ca.SX.zeros(n_x))
-    w = ca.SX.sym("w", n_w)
-    shaken = model.difference(model.f(x_lin, w, dt), reached)
-    G = ca.substitute(ca.jacobian(shaken, w), w, w_lin)
+    out = difference_jacobian(model, reached)
+    F = out @ ca.jacobian(reached, x_lin) @ retract_jacobian(model, x_lin)
+    G = out @ ca.jacobian(reached, w_lin)
 
     d_minus = F @ d_plus - G @ w_lin
     GD = G @ ca.diag(noise_scale)
@@ -69,6 +66,20 @@ def predict_function(model: StateSpaceModel) -> ca.Function:
         ["reached", "d_minus", "P_minus", "F", "G"],
         {"cse": True},
     )
+
+
+def retract_jacobian(model: StateSpaceModel, x: ca.SX) -> ca.SX:
+    """Return ∂(x ⊞ δ)/∂δ (n_x, n_x) at δ = 0; the identity where states add."""
+    delta = ca.SX.sym("delta", model.n_x)
+    B = ca.jacobian(model.retract(x, delta), delta)
+    return ca.sparsify(ca.substitute(B, delta, ca.SX.zeros(model.n_x)))
+
+
+def difference_jacobian(model: StateSpaceModel, x: ca.SX) -> ca.SX:
+    """Return ∂(z ⊟ x)/∂z (n_x, n_x) at z = x, the inverse of `retract_jacobian`."""
+    z, at = ca.SX.sym("z", model.n_x), ca.SX.sym("at", model.n_x)
+    E = ca.substitute(ca.jacobian(model.difference(z, at), z), z, at)
+    return ca.sparsify(ca.substitute(E, at, x))
 
 
 def stacked_residual(model: StateSpaceModel, y: ca.SX, x: ca.SX) -> ca.SX:
@@ -92,12 +103,10 @@ def update_function(model: StateSpaceModel) -> ca.Function:
     P_given = ca.SX.sym("P_minus", n_x, n_x)
     P_minus = _symmetric(P_given)
     y, present = ca.SX.sym("y", model.n_y), ca.SX.sym("present", model.n_r)
-    delta = ca.SX.sym("delta", n_x)
 
-    residual = stacked_residual(model, y, model.retract(x_lin, delta))
-    origin = ca.SX.zeros(n_x)
-    H = -present * ca.substitute(ca.jacobian(residual, delta), delta, origin)
-    v = present * ca.substitute(residual, delta, origin) - H @ d_minus
+    residual = stacked_residual(model, y, x_lin)
+    H = -present * (ca.jacobian(residual, x_lin) @ retract_jacobian(model, x_lin))
+    v = present * residual - H @ d_minus
     HP = H @ P_minus
     S = _symmetric(HP @ H.T) + ca.diag(ca.DM(model.noise_std**2))
     L = ca.chol(S).T

@@ -9,20 +9,20 @@ with D the prior's standard deviations: in a direction with singular value s the
 readings, at their noise, say s times as much as was known before (in standard
 deviations). Where s is zero, up to rounding, no reading shows a change: the
 direction is unobservable. Unobservable directions are returned in the model's
-own states, each with a leading state that no other has (a pivoted echelon form), so
-that they can be read: "azimuth alone", "azimuth with tip acceleration".
+own states, or in motions where it names them (a free pen's "turning about the vertical"), each
+with a leading one that no other has (a pivoted echelon form), so that they can be read:
+"azimuth alone", "azimuth with tip acceleration".
 
 Symmetries of a model (`estimation.symmetry`: a pen's heading) show only along a
 motion that obeys it exactly; along any other the linearised readings seem to tell
 apart what they cannot. A `Verdict` therefore takes the Gramian along short
 motions that start in true states and run freely, `free_motion`, and asks
-`estimation.information_bound` what process noise leaves of weak directions. A state
-counts as observable when neither leaves `OBSERVABLE_FRACTION` of the prior's
-standard deviation.
+`estimation.information_bound` what process noise leaves of weak directions. What people read
+(`estimation.outputs`) counts as observable when neither leaves `OBSERVABLE_FRACTION` of the
+prior's standard deviation.
 
-A verdict is the model's. The pen's white jerk drives its angles, not its rotation in
-space, so in fast motion a gyroscope alone seems to show tilt; where the jerk is set too
-low for the motion, that is wrong. At rest the verdict has no such doubt.
+A verdict is the model's. White jerk on Euler angles (the pen of [Pen], which cannot spin) makes a
+gyroscope alone show tilt in fast motion: true of that pen, and of no other.
 
 References
 ----------
@@ -39,6 +39,7 @@ from scipy.linalg import orth, qr, solve_triangular
 
 from estimation.information_bound import OBSERVABLE_FRACTION, InformationBound, information_bound
 from estimation.kalman_stage import KalmanStage
+from estimation.outputs import output_jacobian, outputs_of
 from estimation.recording import Measurement
 from estimation.symmetry import direction, holds
 from models.arrays import Array
@@ -63,7 +64,7 @@ class UnobservableDirection:
 
     Parameters
     ----------
-    changes : state name → change in the state's unit; the first is the leading state
+    changes : state or motion → change in its unit; the first is the leading one
     """
 
     changes: dict[str, float]
@@ -88,6 +89,8 @@ class Observability:
     state_names : (n_x,)
     prior_std : (n_x,) D
     singular_values : (n_x,) of O, descending
+    names : (n_o,) what people read
+    gradients : (n_o, n_x) of it, along the tangent space in prior units
     directions : of the unobservable subspace, a basis that is easy to read
     unobservable : (n_x, n) orthonormal basis of the same subspace in prior units
     """
@@ -95,6 +98,8 @@ class Observability:
     state_names: tuple[str, ...]
     prior_std: Array
     singular_values: Array
+    names: tuple[str, ...]
+    gradients: Array
     directions: tuple[UnobservableDirection, ...]
     unobservable: Array
 
@@ -105,8 +110,9 @@ class Observability:
 
     @property
     def unseen_fraction(self) -> Array:
-        """(n_x,) part of each state's prior deviation that no reading can remove."""
-        return np.sqrt((self.unobservable**2).sum(axis=1))
+        """(n_o,) part of each output's prior deviation that no reading can remove."""
+        unseen: Array = np.linalg.norm(self.gradients @ self.unobservable, axis=1)
+        return unseen / np.linalg.norm(self.gradients, axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,13 +124,13 @@ class Verdict:
 
     @property
     def unseen_fraction(self) -> Array:
-        """(n_x,) the larger of both parts of the prior's standard deviation that stay."""
+        """(n_o,) the larger of both parts of the prior's standard deviation that stay."""
         left = self.bound.std[-1] / self.bound.prior_std
         return np.maximum(left, self.observability.unseen_fraction)
 
-    def sees(self, state: str) -> bool:
-        """Whether the readings say clearly more about a state than the prior did."""
-        index = self.bound.state_names.index(state)
+    def sees(self, name: str) -> bool:
+        """Whether the readings say clearly more about an output than the prior did."""
+        index = self.bound.names.index(name)
         return bool(self.unseen_fraction[index] < OBSERVABLE_FRACTION)
 
 
@@ -176,7 +182,9 @@ def observability(
         model.state_names,
         model.prior.std,
         singular,
-        _directions(model, unobservable),
+        outputs_of(model).names,
+        output_jacobian(model)(states[0]).full() * model.prior.std,
+        _directions(model, unobservable, states[0]),
         unobservable,
     )
 
@@ -242,8 +250,10 @@ def verdict(model: StateSpaceModel, measurements: Sequence[Measurement], states:
     )
 
 
-def _directions(model: StateSpaceModel, basis: Array) -> tuple[UnobservableDirection, ...]:
-    """Turn an orthonormal basis (n_x, n), in prior units, into readable directions.
+def _directions(
+    model: StateSpaceModel, basis: Array, x: Array
+) -> tuple[UnobservableDirection, ...]:
+    """Turn an orthonormal basis (n_x, n), in prior units, at x, into readable directions.
 
     Column-pivoted QR of the transpose picks the n states that best tell the
     directions apart; solving for them leaves each in one direction only.
@@ -251,14 +261,20 @@ def _directions(model: StateSpaceModel, basis: Array) -> tuple[UnobservableDirec
     n = basis.shape[1]
     if n == 0:
         return ()
+    names, units, std = model.state_names, model.state_units, model.prior.std
+    if model.tangent is not None:
+        names, units, T = model.tangent.names, model.tangent.units, model.tangent.function(x).full()
+        turned = T @ (std[:, None] * basis)
+        std = np.sqrt(np.diag(T @ model.prior.covariance @ T.T))
+        basis = turned / std[:, None]
     _, R, order = qr(basis.T, mode="economic", pivoting=True)
     echelon = np.zeros((n, model.n_x))
     echelon[:, order] = solve_triangular(R[:, :n], R)
-    units = dict(zip(model.state_names, model.state_units, strict=True))
+    unit_of = dict(zip(names, units, strict=True))
     found = []
     for row, leading in sorted(zip(echelon, order[:n], strict=True), key=lambda pair: pair[1]):
         members = np.flatnonzero(np.abs(row) > NEGLIGIBLE)
         ordered = [leading, *(i for i in members if i != leading)]
-        changes = {model.state_names[i]: float(row[i] * model.prior.std[i]) for i in ordered}
-        found.append(UnobservableDirection(changes, {name: units[name] for name in changes}))
+        changes = {names[i]: float(row[i] * std[i]) for i in ordered}
+        found.append(UnobservableDirection(changes, {name: unit_of[name] for name in changes}))
     return tuple(found)

@@ -14,7 +14,9 @@ comes back alone, through the same factors:
     absorb:     λ = λ̂ - Hᵀ L⁻ᵀ (Wᵀ λ̂ + Δe)
 
 Below the oldest stage, x_s = x̄ ⊞ (-P̄ λ): the prior's multiplier is μ = -λ. No covariance
-is ever inverted.
+is ever inverted. On a manifold the prior's deviation d = x₀ ⊟ x̄ and that of the stage are
+tangent vectors at two points: with J of `carry` the stage begins at N(-J d, J P̄ Jᵀ), and
+μ = -Jᵀ λ, so that a pass is a Gauss-Newton step of the window's own cost.
 
 References
 ----------
@@ -26,7 +28,11 @@ from __future__ import annotations
 
 import casadi as ca
 
-from estimation.kalman_stage import difference_function, stacked_residual
+from estimation.kalman_stage import (
+    difference_function,
+    difference_jacobian,
+    stacked_residual,
+)
 from mhe.constraint_rows import constrain_function
 from mhe.loss import huber, huber_weight
 from models.state_space import StateSpaceModel
@@ -155,12 +161,27 @@ def misjudge_function(model: StateSpaceModel) -> ca.Function:
     return _function("misjudge", arguments, off=ca.mmax(ca.vertcat(0, off)))
 
 
+def carry_function(model: StateSpaceModel) -> ca.Function | None:
+    """Return (x̄, d, x = x̄ ⊞ d) → J (n_x, n_x) = ∂((x̄ ⊞ (d + ε)) ⊟ x)/∂ε at ε = 0.
+
+    A prior of d, N(0, P̄), is N(-J d, J P̄ Jᵀ) of the deviation from x. None where states add:
+    there J is the identity.
+    """
+    n_x = model.n_x
+    mean, d, x = ca.SX.sym("mean", n_x), ca.SX.sym("d", n_x), ca.SX.sym("x", n_x)
+    J = ca.sparsify(difference_jacobian(model, x) @ ca.jacobian(model.retract(mean, d), d))
+    if ca.sparsify(J - ca.SX.eye(n_x)).nnz() == 0:
+        return None
+    return _function("carry", {"mean": mean, "d": d, "x": x}, J=J)
+
+
 def window_functions(
     model: StateSpaceModel, predict: ca.Function, update: ca.Function
 ) -> list[ca.Function]:
     """Return all functions that a window needs beside those of the stage."""
     x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
     reached = model.retract(model.f(x, w, dt), ca.SX.zeros(model.n_x))  # angles within a turn
+    carry = carry_function(model)
     return [
         retreat_function(model, predict),
         smooth_function(model, update),
@@ -173,6 +194,7 @@ def window_functions(
         judge_function(model),
         _function("move", {"x": x, "w": w, "dt": dt}, reached=reached),
         difference_function(model),
+        *([] if carry is None else [carry]),
     ]
 
 

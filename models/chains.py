@@ -30,9 +30,9 @@ import numpy as np
 from models.poly_exp import PolyExp
 from models.process_noise import constant_acceleration, white_jerk_factor
 
-GAUSS_POINTS = 8
-LARGEST_BY_GAUSS = 1.0
-"""λΔt up to which Gauss points give M to rounding; beyond it the closed form does."""
+SERIES_TERMS = 24
+LARGEST_BY_SERIES = 1.0
+"""λΔt up to which a power series gives M to rounding; beyond it the closed form does."""
 
 
 @dataclass(frozen=True)
@@ -78,10 +78,10 @@ class Chain:
         if not self.rate:
             return white_jerk_factor(dt) * self.density
         x = self.rate * dt
-        is_small = x <= LARGEST_BY_GAUSS
+        is_small = x <= LARGEST_BY_SERIES
         # Both branches are evaluated: each gets an argument that it is good for.
-        near = self._by_gauss(ca.if_else(is_small, x, LARGEST_BY_GAUSS))
-        far = self._closed_form(ca.if_else(is_small, LARGEST_BY_GAUSS, x))
+        near = self._by_series(ca.if_else(is_small, x, LARGEST_BY_SERIES))
+        far = self._closed_form(ca.if_else(is_small, LARGEST_BY_SERIES, x))
         M = ca.if_else(is_small, near, far)
         powers = ca.sqrt(dt) * ca.vertcat(dt**2, dt, 1)
         return ca.diag(powers) @ ca.chol(M).T * self.density
@@ -92,16 +92,18 @@ class Chain:
         slope = self.g.derivative()
         return self.g, slope, slope.derivative()
 
-    def _by_gauss(self, x: ca.SX) -> ca.SX:
-        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-        M = ca.SX.zeros(3, 3)
-        for u, weight in zip((nodes + 1) / 2, weights / 2, strict=True):
-            scaled = [
-                u**order * f.over_power(x * u, order)
-                for f, order in zip(self._response, (2, 1, 0), strict=True)
-            ]
-            phi = ca.vertcat(*scaled)
-            M += weight * phi @ phi.T
+    def _by_series(self, x: ca.SX) -> ca.SX:
+        """Return M of small x: the power series of ∫₀¹ u^(n+m) f_n(xu) f_m(xu) du."""
+        M, orders = ca.SX(3, 3), (2, 1, 0)
+        scaled = [f.series(n, SERIES_TERMS) for f, n in zip(self._response, orders, strict=True)]
+        for i in range(3):
+            for j in range(i + 1):
+                powers = np.convolve(scaled[i], scaled[j])[:SERIES_TERMS]
+                powers = powers / (np.arange(SERIES_TERMS) + orders[i] + orders[j] + 1)
+                entry = ca.SX(0)
+                for coefficient in powers[::-1]:
+                    entry = entry * x + coefficient
+                M[i, j] = M[j, i] = entry
         return M
 
     def _closed_form(self, x: ca.SX) -> ca.SX:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import TypeVar
 
 import casadi as ca
 import numpy as np
@@ -23,6 +24,8 @@ from numpy.typing import NDArray
 
 from models.arrays import Array
 from models.errors import InputError
+
+ModelT = TypeVar("ModelT")
 
 LINPROG_INFEASIBLE = 2
 """`scipy.optimize.linprog`'s status for a problem that no point solves."""
@@ -83,6 +86,13 @@ def check_feasible(model: Constraints) -> None:
         demanded = [row for row in A if not (needs[row] & ~needed).any()]
         if not _is_feasible(A, b, demanded, model.lower, model.upper):
             raise _refusal(model, rows, A, b, demanded)
+
+
+def feasible(model: ModelT) -> ModelT:
+    """Return a state-space model, unless no state meets its constraints; see `check_feasible`."""
+    own = {field: getattr(model, field) for field in Constraints.__annotations__}
+    check_feasible(Constraints(**own))
+    return model
 
 
 def _refusal(

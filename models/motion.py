@@ -126,8 +126,8 @@ class Motion(UnitConfig):
     Without a word in the file it is a hand that writes or points.
     """
 
-    tip: TipMotion = TipBoundedVelocity(speed_m_s=0.3, correlation_time_s=0.2)
-    attitude: AttitudeMotion = AttitudeWhiteJerk(jerk_density_rad_s3_per_sqrt_hz=100.0)
+    tip: TipMotion = TipBoundedVelocity(speed_m_s=0.5, correlation_time_s=0.15)
+    attitude: AttitudeMotion = AttitudeWhiteJerk(jerk_density_rad_s3_per_sqrt_hz=200.0)
 
 
 OLD_KEY = "process_noise"

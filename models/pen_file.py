@@ -121,9 +121,8 @@ def _one_sentence(error: ValidationError, where: str) -> str:
     if first["type"] == "missing":
         message = "is missing"
     if first["type"].startswith("union_tag"):
-        tag, known = (
-            ("kind", SENSOR_KINDS) if loc[0] == "sensors" else ("chain", CHAINS[str(loc[1])])
-        )
+        of_chains = {part: ("chain", names) for part, names in CHAINS.items()}
+        tag, known = of_chains.get(str(loc[1]), ("kind", tuple(SENSOR_KINDS)))
         if first["type"] == "union_tag_not_found":
             keys.append(tag)
             message = f"is missing, expected one of {', '.join(known)}"

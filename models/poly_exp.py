@@ -12,6 +12,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
+
+from models.arrays import Array
 
 SMALL = 0.1
 """Below this argument a function over a power of it is its power series: the formula would
@@ -42,10 +45,14 @@ class PolyExp:
             return sum((c * tau ** (k - n) for (k, _), c in self._used), ca.SX(0))
         is_small = tau < SMALL
         series = ca.SX(0)
-        for power in reversed(range(n, n + SERIES_TERMS)):
-            series = series * tau + self._taylor(power)
+        for coefficient in self.series(n, SERIES_TERMS)[::-1]:
+            series = series * tau + coefficient
         away = ca.if_else(is_small, SMALL, tau)
         return ca.if_else(is_small, series, self(away) / away**n)
+
+    def series(self, n: int, terms: int) -> Array:
+        """Return the first coefficients (terms,) of the power series of the value over τⁿ."""
+        return np.array([self._taylor(power) for power in range(n, n + terms)])
 
     def derivative(self) -> PolyExp:
         """Return d/dτ."""

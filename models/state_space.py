@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from models.arrays import Array
 from models.bounds import split_bounds
 from models.errors import InputError
-from models.feasibility import Constraints, check_feasible
+from models.feasibility import feasible
 from models.gaussian import GaussianState
 from models.model_checks import check_conditions, check_needs, check_prior, check_sizes
 from models.model_text import model_html, model_text
@@ -208,7 +208,7 @@ class StateSpaceModel:
         """
         lower, upper = self.lower.copy(), self.upper.copy()
         rows = split_bounds(self.name, bounds, self.state_names, self.outputs, lower, upper)
-        model = self.replace(lower=lower, upper=upper)._feasible()
+        model = feasible(self.replace(lower=lower, upper=upper))
         for row in rows:
             model = model.constrained(row)
         return model
@@ -231,8 +231,7 @@ class StateSpaceModel:
             some instant demands; see `models.feasibility`.
         """
         x = ca.SX.sym("x", self.n_x)
-        added = ca.vertcat(inequality(x))
-        rows = ca.vertcat(self.inequality(x), added)
+        rows = ca.vertcat(self.inequality(x), added := ca.vertcat(inequality(x)))
         g = ca.Function("inequality", [x], [rows], ["x"], ["g"])
         names = several(needs or ())
         check_needs(self.name, self.reading_names, names)
@@ -240,13 +239,7 @@ class StateSpaceModel:
         if conditions is not None or needed.any():
             of_added = np.tile(needed, (added.numel(), 1))
             conditions = np.vstack([self.inequality_needs, of_added])
-        return self.replace(inequality=g, conditions=conditions)._feasible()
-
-    def _feasible(self) -> StateSpaceModel:
-        """Return the model, unless no state meets its constraints."""
-        own = {field: getattr(self, field) for field in Constraints.__annotations__}
-        check_feasible(Constraints(**own))
-        return self
+        return feasible(self.replace(inequality=g, conditions=conditions))
 
     def __repr__(self) -> str:
         title = f"StateSpaceModel {self.name}: {self.n_x} states, {self.n_w} noises"

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimation.observability import Verdict, verdict
+from estimation.outputs import outputs_of
 from estimation.recording import Recording
 from models.errors import InputError
 from models.names import several
@@ -32,13 +33,14 @@ class SensorVerdict:
     by_motion: dict[str, Verdict]
 
     def rows(self) -> list[list[str]]:
-        """Return a row per state: name, what was known before, and a verdict per motion."""
-        states = zip(
-            self.model.state_names, self.model.state_units, self.model.prior.std, strict=True
-        )
+        """Return a row per output: name, what was known before, and a verdict per motion."""
+        outputs = outputs_of(self.model)
+        first = next(iter(self.by_motion.values())).bound
+        states = zip(outputs.names, outputs.units, first.prior_std, strict=True)
         return [
             [name, f"{std:.3g} {unit}", *(_seen(v, i, name) for v in self.by_motion.values())]
             for i, (name, unit, std) in enumerate(states)
+            if unit != "1"  # a quaternion says again what the angles say
         ]
 
     def __repr__(self) -> str:

@@ -115,6 +115,49 @@ static int condition(const Window *s, integer k)
 }
 #endif
 
+#if CONVERGES
+/* The oldest stage's deviation and covariance in the tangent space at its own point: J d⁻, J P Jᵀ. */
+static void carry_prior(const Window *s, const real *memory, const real *deviation, const real *x,
+                        real *d_minus, real *P_minus)
+{
+    const Work *o = &s->work;
+    const real *P = memory + s->memory.prior_covariance;
+    const integer n = s->model.n_x;
+    for (integer i = 0; i < n; i++) o->d_carried[i] = -deviation[i];
+    const real *arguments[] = {memory + s->memory.prior_mean, o->d_carried, x};
+    real *results[] = {o->J}; /* by columns */
+    s->carry(arguments, results, 0, 0, 0);
+    memset(d_minus, 0, (size_t)n * sizeof(real));
+    memset(o->JP, 0, (size_t)(n * n) * sizeof(real));
+    memset(P_minus, 0, (size_t)(n * n) * sizeof(real));
+    for (integer j = 0; j < n; j++)
+        for (integer i = 0; i < n; i++) {
+            const real entry = o->J[i + n * j];
+            if (entry == 0) continue;
+            d_minus[i] += entry * deviation[j];
+            for (integer k = 0; k < n; k++) o->JP[i * n + k] += entry * P[j * n + k];
+        }
+    for (integer j = 0; j < n; j++)
+        for (integer i = 0; i < n; i++) {
+            const real entry = o->J[i + n * j];
+            if (entry == 0) continue;
+            for (integer k = 0; k < n; k++) P_minus[k * n + i] += o->JP[k * n + j] * entry;
+        }
+}
+
+/* The prior's multiplier μ = -Jᵀ λ, in place of -λ. */
+static void carry_back(const Window *s, real *mu)
+{
+    const Work *o = &s->work;
+    const integer n = s->model.n_x;
+    for (integer j = 0; j < n; j++) {
+        o->d_carried[j] = 0;
+        for (integer i = 0; i < n; i++) o->d_carried[j] += o->J[i + n * j] * mu[i];
+    }
+    copy(mu, o->d_carried, n);
+}
+#endif
+
 /* Kalman stages linearised at (x, w), from the prior's deviation δ⁻ at the first stage;
  * conditioned on the rows of the active set where these are `held`. Returns the sum of squared
  * whitened innovations of the stages that it made, NAN where rows cannot be held. */
@@ -135,6 +178,9 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
         if (k == 0) {
             copy(d_minus, deviation, n_x);
             copy(P_minus, memory + s->memory.prior_covariance, n_x * n_x);
+#if CONVERGES
+            if (s->iterate && s->carry) carry_prior(s, memory, deviation, x, d_minus, P_minus);
+#endif
         } else {
             const real dt = interval(s, memory, k - 1);
             real *predicted[] = {o->reached, d_minus, P_minus, SLOT(o->F, k - 1, s->nnz_F),

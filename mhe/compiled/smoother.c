@@ -122,5 +122,8 @@ static real backward(const Window *s, const real *memory, const real *w, const r
         length += smooth_stage(s, k, rows);
     }
     for (integer i = 0; i < n_x; i++) g[i] = -o->lambda[i];
+#if CONVERGES
+    if (s->iterate && s->carry) carry_back(s, g);
+#endif
     return length + noise_length(s, g + n_x, w, noise_scale, count - 1);
 }

@@ -17,6 +17,7 @@ from mhe.rules import most_active
 from mhe.stage_functions import spread_function, window_functions
 from mhe.window_memory import Scales, View
 from models.arrays import Array
+from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 
@@ -73,8 +74,12 @@ class WindowPass:
         x, w : what to linearise at; the window's trajectory by default
         settled : where the pass back may end, see `_renew`; None goes back through all stages
         """
+        prior, deviation, J = window.prior, -d, None
+        if x is None and "carry" in self.call:
+            [J] = self.call["carry"](prior.mean, d, window.x[0])
+            prior, deviation = GaussianState(prior.mean, J @ prior.covariance @ J.T), -J @ d
         x, w = window.x if x is None else x, window.w if w is None else w
-        forward = self._forward(window, -d, scales, x, w)
+        forward = self._forward(window, prior, deviation, scales, x, w)
         if settled is None:
             found = self._backward(window, forward, w)
         else:
@@ -90,8 +95,8 @@ class WindowPass:
         squares = sum(float(update.e @ update.e) for update in forward.updates)
         finite = np.isfinite(squares) and np.isfinite(found.length)
         if self._has_losses:  # told is the innovation itself, not its weighed share
-            at = forward.predictions[-1].state if forward.predictions else window.prior
-            deviation = forward.predictions[-1].deviation if forward.predictions else -d
+            at = forward.predictions[-1].state if forward.predictions else prior
+            deviation = forward.predictions[-1].deviation if forward.predictions else deviation
             if forward.predictions:
                 deviation = deviation + self._defect(forward.predictions[-1], x[-1])
             told = self.stage.update(at, window.y[-1], window.present[-1], x[-1], deviation)
@@ -99,6 +104,7 @@ class WindowPass:
             newest = replace(newest, innovation=v, innovation_covariance=S)
         covariances = np.array([update.state.covariance for update in forward.updates])
         found = found if finite else replace(found, length=np.nan)
+        found = found if J is None else replace(found, mu=J.T @ found.mu)
         return Pass(
             **vars(found), newest=newest, covariances=covariances, held=held, row_std=row_std
         )
@@ -114,10 +120,16 @@ class WindowPass:
         return self.call["difference"](prediction.reached, x)[0]
 
     def _forward(
-        self, window: View, deviation: Array, scales: Scales, x: Array, w: Array
+        self,
+        window: View,
+        prior: GaussianState,
+        deviation: Array,
+        scales: Scales,
+        x: Array,
+        w: Array,
     ) -> Forward:
-        """Kalman stages from the deviation δ⁻ of the first."""
-        updates, predictions, gaussian = list[Update](), list[Prediction](), window.prior
+        """Kalman stages from the deviation δ⁻ and the covariance of the first."""
+        updates, predictions, gaussian = list[Update](), list[Prediction](), prior
         for k in range(len(window.times)):
             if k:
                 dt = float(window.times[k] - window.times[k - 1])

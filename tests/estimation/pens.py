@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from estimation.recording import Measurement
 from models.arrays import Array
+from models.motion import white_jerk_motion
 from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.state_space import StateSpaceModel
@@ -32,10 +33,7 @@ def pen_config() -> PenConfig:
         {
             "name": "test pen",
             "degrees_of_freedom": 5,
-            "process_noise": {
-                "tip_jerk_density_m_s3_per_sqrt_hz": DENSITIES[0],
-                "angle_jerk_density_rad_s3_per_sqrt_hz": DENSITIES[-1],
-            },
+            "motion": white_jerk_motion(DENSITIES[0], DENSITIES[-1]),
             "prior": {
                 "tip_m": PRIOR_MEAN[:3],
                 "tip_std_m": PRIOR_STD[0],

@@ -178,12 +178,12 @@ def test_with_an_area_the_elevation_is_seen_and_the_azimuth_is_not() -> None:
 def test_with_a_camera_every_state_is_seen() -> None:
     found = verdict_with("camera")
     assert found.observability.directions == ()
-    assert [name for name in found.bound.state_names if not found.sees(name)] == []
+    assert [name for name in found.bound.names if not found.sees(name)] == []
 
 
 def test_a_verdict_takes_the_worse_of_gramian_and_bound() -> None:
     found = verdict_with("camera")
-    names = found.bound.state_names
+    names = found.bound.names
     only_tip = np.eye(18)[:, :1]
     blind = dataclasses.replace(found.observability, unobservable=only_tip)
     std = found.bound.std.copy()

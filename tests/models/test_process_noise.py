@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad_vec
 from scipy.linalg import expm
 
-from models.pen import kinematic_states, pen_model
-from models.pen_config import ProcessNoise
+from models.euler_pen import kinematic_states
+from models.motion import white_jerk_motion
+from models.pen import pen_model
 from models.process_noise import (
     constant_acceleration,
     constant_velocity,
@@ -156,11 +157,8 @@ def noisy_model(degrees_of_freedom: int) -> StateSpaceModel:
             **ACCELEROMETER, bias_std_m_s2=0.3, bias_walk_m_s2_per_sqrt_s=ACCEL_WALK
         ),
     }
-    noise = ProcessNoise(
-        tip_jerk_density_m_s3_per_sqrt_hz=TIP_DENSITY,
-        angle_jerk_density_rad_s3_per_sqrt_hz=ANGLE_DENSITY,
-    )
-    return pen_model(pen(degrees_of_freedom, sensors, process_noise=noise))
+    motion = white_jerk_motion(TIP_DENSITY, ANGLE_DENSITY)
+    return pen_model(pen(degrees_of_freedom, sensors, motion=motion))
 
 
 def linear_parts(model: StateSpaceModel, dt: float) -> tuple[Array, Array]:

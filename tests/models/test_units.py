@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from models.motion import (
+    AttitudeBoundedRate,
+    AttitudeWhiteJerk,
+    TipBoundedVelocity,
+    TipMatern,
+    TipWhiteJerk,
+)
 from models.paper import Paper
-from models.pen_config import PenConfig, Prior, ProcessNoise
+from models.pen_config import PenConfig, Prior
 from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.contact import Contact
 from models.sensor_kinds.gyroscope import Gyroscope
@@ -19,6 +26,10 @@ from models.sensor_kinds.writing_area import WritingArea
 from models.units import UNITS, accepted_names, readable_unit, split_unit
 from tests.models.pens import ACCELEROMETER, CAMERA, GYROSCOPE
 
+CHAIN_CONFIGS = (
+    *(TipWhiteJerk, TipBoundedVelocity, TipMatern),
+    *(AttitudeWhiteJerk, AttitudeBoundedRate),
+)
 G = 9.80665
 TURN = 2 * np.pi
 WORTH = {
@@ -60,8 +71,8 @@ def test_every_unit_is_worth_what_it_says() -> None:
         (PoseCamera, CAMERA, {"delay_us": 500.0}, "delay_s", 0.0005),
         (Contact, {"std_m": 1.0}, {"height_cm": 2.0}, "height_m", 0.02),
         (WritingArea, {}, {"std_cm": 30.0}, "std_m", 0.3),
-        (ProcessNoise, {}, {"angle_jerk_density_deg_s3_per_sqrt_hz": 180.0},
-         "angle_jerk_density_rad_s3_per_sqrt_hz", np.pi),
+        (AttitudeWhiteJerk, {}, {"jerk_density_deg_s3_per_sqrt_hz": 180.0},
+         "jerk_density_rad_s3_per_sqrt_hz", np.pi),
         (Prior, {}, {"elevation_deg": 45.0}, "elevation_rad", np.pi / 4),
         (Prior, {}, {"acceleration_std_g": 1.0}, "acceleration_std_m_s2", G),
         (Prior, {}, {"velocity_std_mm_s": 250.0}, "velocity_std_m_s", 0.25),
@@ -84,7 +95,9 @@ def test_lists_are_converted_entry_by_entry() -> None:
     assert WritingArea(**centre).centre_m == pytest.approx((0.1, 0.2, 0))
 
 
-@pytest.mark.parametrize("config", [*SENSOR_KINDS.values(), PenConfig, Prior, ProcessNoise, Paper])
+@pytest.mark.parametrize(
+    "config", [*SENSOR_KINDS.values(), PenConfig, Prior, *CHAIN_CONFIGS, Paper]
+)
 def test_no_two_fields_share_a_spelling(config: type[Any]) -> None:
     """Else a key would silently set one of them."""
     spellings = [name for field in config.model_fields for name in accepted_names(field)]
@@ -112,7 +125,7 @@ def test_the_longest_unit_ends_the_name(name: str, stem: str, unit: str) -> None
     assert split_unit(name) == (stem, unit)
 
 
-@pytest.mark.parametrize("config", [Accelerometer(**ACCELEROMETER), Prior(), ProcessNoise()])
+@pytest.mark.parametrize("config", [Accelerometer(**ACCELEROMETER), Prior(), AttitudeWhiteJerk()])
 def test_configurations_are_frozen(config: Any) -> None:
     field = next(iter(type(config).model_fields))
     with pytest.raises(ValidationError, match="frozen"):

@@ -10,8 +10,9 @@ import pytest
 
 from estimation.recording import Recording, Truth
 from models.errors import InputError
+from models.euler_pen import kinematic_states
 from models.motions import sample_motion
-from models.pen import kinematic_states, pen_model
+from models.pen import pen_model
 from models.pen_file import load_pen
 from pen_mhe.sensor_verdict import MOTIONS, SensorVerdict, judge, observe
 from recordings.simulate_pen import simulate
