@@ -11,41 +11,50 @@ from types import MappingProxyType
 
 from models.motion import AttitudeWhiteJerk, Motion, TipBoundedVelocity, white_jerk_motion
 
-BySpeed = Mapping[str, tuple[float, float]]
-"""Quantity → (value at its own speed, exponent of the factor it is played at)."""
-
-PRIOR_BY_SPEED: BySpeed = MappingProxyType(
+BY_SPEED: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
     {
-        "velocity_std_m_s": (0.03, 1.0),
-        "angle_rate_std_rad_s": (0.3, 1.0),
-        "acceleration_std_m_s2": (0.3, 2.0),
-        "angle_acceleration_std_rad_s2": (3.0, 2.0),
+        "process_noise": {
+            "tip_jerk_density_m_s3_per_sqrt_hz": (2.0, 2.5),
+            "angle_jerk_density_rad_s3_per_sqrt_hz": (20.0, 2.5),
+        },
+        "free": {
+            "speed_m_s": (0.03, 1.0),
+            "correlation_time_s": (0.1, -1.0),
+            "body_jerk_density_rad_s3_per_sqrt_hz": (30.0, 2.5),
+        },
+        "prior": {
+            "velocity_std_m_s": (0.03, 1.0),
+            "angle_rate_std_rad_s": (0.3, 1.0),
+            "acceleration_std_m_s2": (0.3, 2.0),
+            "angle_acceleration_std_rad_s2": (3.0, 2.0),
+        },
     }
 )
-"""Of `models.pen_config.Prior`."""
+"""Part → quantity → (value at its own speed, exponent of the factor it is played at).
 
-WHITE_JERK_BY_SPEED: BySpeed = MappingProxyType({"tip": (2.0, 2.5), "attitude": (20.0, 2.5)})
-"""Densities for tip (m/s³/√Hz) and Euler angles (rad/s³/√Hz)."""
-
-BOUNDED_BY_SPEED: BySpeed = MappingProxyType(
-    {"speed_m_s": (0.03, 1.0), "correlation_time_s": (0.1, -1.0), "attitude": (30.0, 2.5)}
-)
-"""The tip's speed along an axis, which with this time has an acceleration of 0.3 m/s²; and the
-jerk's density (rad/s³/√Hz) about an axis of the body."""
+``process_noise`` drives tip and Euler angles of a pen without spin; ``free`` the tip and the
+body of a free one: with this speed and time an axis of the tip has an acceleration of 0.3 m/s².
+"""
 
 
-def at_speed(table: BySpeed, speed: float = 1.0) -> dict[str, float]:
-    """Return the values of a table of a motion that is played at a factor of its own speed."""
-    return {name: value * speed**exponent for name, (value, exponent) in table.items()}
+def at_speed(part: str, speed: float = 1.0) -> dict[str, float]:
+    """Return a part of `BY_SPEED` of a motion that is played at a factor of its own speed."""
+    return {name: value * speed**exponent for name, (value, exponent) in BY_SPEED[part].items()}
 
 
 def white_jerk_writing(speed: float = 1.0) -> Motion:
     """Return what drives a pen with Euler rates that writes."""
-    return white_jerk_motion(**at_speed(WHITE_JERK_BY_SPEED, speed))
+    levels = at_speed("process_noise", speed)
+    return white_jerk_motion(
+        levels["tip_jerk_density_m_s3_per_sqrt_hz"], levels["angle_jerk_density_rad_s3_per_sqrt_hz"]
+    )
 
 
 def bounded_writing(speed: float = 1.0) -> Motion:
-    """Return what drives a free pen that writes: it does not get fast."""
-    values = at_speed(BOUNDED_BY_SPEED, speed)
-    attitude = AttitudeWhiteJerk(jerk_density_rad_s3_per_sqrt_hz=values.pop("attitude"))
-    return Motion(tip=TipBoundedVelocity(**values), attitude=attitude)
+    """Return what drives a free pen that writes: its tip does not get fast."""
+    levels = at_speed("free", speed)
+    jerk = levels.pop("body_jerk_density_rad_s3_per_sqrt_hz")
+    return Motion(
+        tip=TipBoundedVelocity(**levels),
+        attitude=AttitudeWhiteJerk(jerk_density_rad_s3_per_sqrt_hz=jerk),
+    )

@@ -15,7 +15,7 @@ import numpy as np
 
 from estimation.recording import Recording
 from models.frozen_mapping import FrozenMapping
-from models.gentle_hand import PRIOR_BY_SPEED, at_speed, bounded_writing
+from models.gentle_hand import at_speed, bounded_writing
 from models.minimum_jerk import MinimumJerk
 from models.motion import Motion, TipWhiteJerk, white_jerk_motion
 from models.motions import motion_named
@@ -77,7 +77,7 @@ KNOWLEDGE: Mapping[str, Knowledge] = MappingProxyType(
     {
         "pen file": Knowledge("the pen file"),
         "calibrated": Knowledge("the pen file, bias ± 0.1 m/s²", bias_std_m_s2=0.1),
-        "gentle": Knowledge("how handwriting moves", at_speed(PRIOR_BY_SPEED), bounded_writing()),
+        "gentle": Knowledge("how handwriting moves", at_speed("prior"), bounded_writing()),
         "at rest": Knowledge("rest at the start", _AT_REST, _STROKES_MOTION),
         "gesture": Knowledge(
             "rest at the start, and its jerk", _AT_REST, white_jerk_motion(tip=2.0, attitude=2.0)

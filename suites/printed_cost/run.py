@@ -22,7 +22,7 @@ import numpy as np
 from estimation.estimator import run
 from estimation.recording import Recording, Truth
 from models.arrays import Array
-from models.gentle_hand import PRIOR_BY_SPEED, at_speed, white_jerk_writing
+from models.gentle_hand import at_speed, white_jerk_writing
 from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import parse_pen
@@ -113,7 +113,7 @@ COLUMNS = ("elevation_deg", "azimuth_deg", "tip_mm")
 
 def paper_pen(errors: Sequence[PrintedError] = (), speed: float = 1.0) -> PenConfig:
     """Return the pen whose model makes some errors, prior and motion fit for a speed."""
-    prior = {**PEN["prior"], **at_speed(PRIOR_BY_SPEED, speed)}
+    prior = {**PEN["prior"], **at_speed("prior", speed)}
     motion = white_jerk_writing(speed).model_dump()
     return parse_pen({**PEN, "prior": prior, "motion": motion, "printed_errors": errors})
 
