@@ -140,6 +140,8 @@ def solved_windows(problem: Problem, count: int) -> list[SolvedWindow]:
 
 def running_on(model: StateSpaceModel, start: Array, trajectory: Trajectory) -> Trajectory:
     """Return the same trajectory with angles that run on from a state, without a wrap."""
+    if not is_plain(model):  # has no angles that could
+        return trajectory
     path, before = [], start
     for state in trajectory.states:
         before = before + np.asarray(model.difference(state, before)).ravel()
