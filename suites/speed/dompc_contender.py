@@ -19,7 +19,13 @@ import numpy as np
 from estimation.kalman_stage import stacked_residual
 from mhe.trajectory import Trajectory
 from models.state_space import StateSpaceModel
-from suites.speed.contender import RaceOutcome, in_silence, knows_only_bounds, peer
+from suites.speed.contender import (
+    ContenderAbsentError,
+    RaceOutcome,
+    in_silence,
+    knows_only_bounds,
+    peer,
+)
 from suites.speed.tangent import is_plain
 from suites.speed.windows import SpeedWindow
 

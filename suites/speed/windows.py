@@ -34,6 +34,7 @@ from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 from suites.speed.problems import DURATION_S, Problem
+from suites.speed.tangent import is_plain
 
 SETTLED = 50
 """Stages before the first window: the prior has forgotten where it began."""
