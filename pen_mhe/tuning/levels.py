@@ -19,6 +19,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from estimation.collect import BATCH_STEPS
 from estimation.covariances import Covariances
 from estimation.estimate import EstimateHistory
 from estimation.outputs import outputs_of
@@ -194,14 +195,23 @@ class LevelFilter:
         covariances : keep those of the innovations
         """
         levels = self._levels(pen)
-        estimator = self._estimator
-        _, history = estimator.batch(
-            estimator.init(self._first(levels)), time_s, y, covariances=covariances
-        )
-        row, kept = levels.rows, history.covariances
-        return dataclasses.replace(
-            history,
-            innovation=history.innovation * row,
-            innovation_std=history.innovation_std * row,
-            covariances=kept and Covariances(kept.state, kept.innovation * np.outer(row, row)),
-        )
+        estimator, row = self._estimator, levels.rows
+        state, parts = estimator.init(self._first(levels)), []
+        for start in range(0, len(time_s), BATCH_STEPS):
+            some = slice(start, start + BATCH_STEPS)
+            state, part = estimator.batch(state, time_s[some], y[some], covariances=covariances)
+            parts.append(_in_units(part, row))
+        return EstimateHistory.joined(parts)
+
+
+def _in_units(history: EstimateHistory, row: Array) -> EstimateHistory:
+    """Return a history whose innovations are in their units, not in levels (n_r,)."""
+    kept = history.covariances
+    return dataclasses.replace(
+        history,
+        innovation=history.innovation * row,
+        innovation_std=history.innovation_std * row,
+        # Those of the states are many and not asked for.
+        covariances=kept
+        and Covariances(kept.state[:, :0, :0], kept.innovation * np.outer(row, row)),
+    )

@@ -127,9 +127,7 @@ def with_values(pen: PenConfig, values: Mapping[Parameter, Any]) -> PenConfig:
         changed = _table(pen, parameter.table).model_copy(update={parameter.field: value})
         whole: Any = getattr(pen, top)
         renewed = (
-            {**whole, name: changed}
-            if top == SENSORS
-            else whole.model_copy(update={name: changed})
+            {**whole, name: changed} if top == SENSORS else whole.model_copy(update={name: changed})
         )
         pen = pen.model_copy(update={top: renewed})
     return pen
