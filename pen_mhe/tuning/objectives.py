@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimation.estimate import EstimateHistory
 from models.arrays import Array
@@ -79,7 +80,7 @@ class Objective:
     withholds_touch: bool = False
 
 
-def log_likelihood(history: EstimateHistory, rows: Array) -> float:
+def log_likelihood(history: EstimateHistory, rows: NDArray[np.bool_]) -> float:
     """Return Σ log N(v; 0, S) over the innovations of a history that kept its covariances.
 
     Parameters

@@ -98,6 +98,6 @@ class ScoredPart:
             rows |= (time_s >= low) & (time_s < high)
         for sensor in self.model.sensors:
             if sensor.name in sensors:
-                y[np.ix_(rows, range(start, start + sensor.n_y))] = np.nan
+                y[rows, start : start + sensor.n_y] = np.nan
             start += sensor.n_y
         return y

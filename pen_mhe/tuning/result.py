@@ -44,6 +44,15 @@ class TunedNumber:
         """Whether both ends of the range were found."""
         return self.low > 0 and math.isfinite(self.high)
 
+    @property
+    def range_text(self) -> str:
+        """The range in words."""
+        if self.is_determined:
+            return f"{self.low:.3g} to {self.high:.3g}"
+        if self.low > 0:
+            return f"above {self.low:.3g}"
+        return f"below {self.high:.3g}" if math.isfinite(self.high) else "anything"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tuning:
@@ -122,9 +131,11 @@ class Tuning:
             f"{self.objective} on {self.fit}: {before:.6g} → {after:.6g} {row.unit} "
             f"({self.evaluations} evaluations)"
         ]
-        for number in self.numbers:
-            if not number.is_determined:
-                said.append(f"{number.key} is not determined: {_open_range(number, row.loss_text)}")
+        said += [
+            f"{number.key} is not determined: {number.range_text} loses less than {row.loss_text}"
+            for number in self.numbers
+            if not number.is_determined
+        ]
         if self.objective in self.scores:
             was, now = self.scores[self.objective]
             if now.value > was.value:
@@ -186,12 +197,3 @@ class Tuning:
                 *self.sentences(),
             ]
         )
-
-
-def _open_range(number: TunedNumber, loss: str) -> str:
-    """Return where a number may lie, in words."""
-    if number.low > 0:
-        return f"anything above {number.low:.3g} loses less than {loss}"
-    if math.isfinite(number.high):
-        return f"anything below {number.high:.3g} loses less than {loss}"
-    return f"a factor of ten either way loses less than {loss}"

@@ -23,6 +23,7 @@ from pen_mhe.tuning.result import TunedNumber, Tuning
 from pen_mhe.tuning.search import Search
 from recordings.read import read_recording
 
+DEFAULT_OBJECTIVE = "innovations"
 DEFAULT_FIT, DEFAULT_SCORE = "first-half", "second-half"
 
 
@@ -30,7 +31,7 @@ def tune(
     recording: Recording | str | Path,
     pen: AnyPen = "reference",
     *,
-    objective: str = "innovations",
+    objective: str = DEFAULT_OBJECTIVE,
     sensors: Sequence[str] | None = None,
     parameters: Sequence[str] | None = None,
     fit: str = DEFAULT_FIT,
