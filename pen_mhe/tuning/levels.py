@@ -18,6 +18,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from estimation.collect import BATCH_STEPS
 from estimation.covariances import Covariances
@@ -60,10 +61,10 @@ class Levels:
         return np.array(walks, dtype=float)
 
 
-def _groups(probes: Sequence[Array]) -> Array:
+def _groups(probes: Sequence[Array]) -> NDArray[np.int_]:
     """Return for each entry the first one that was equal to it in all probes."""
     columns = [tuple(column) for column in np.array(probes).T]
-    return np.array([columns.index(column) for column in columns], dtype=int)
+    return np.array([columns.index(column) for column in columns], dtype=np.int_)
 
 
 class LevelFilter:
@@ -83,14 +84,27 @@ class LevelFilter:
         self.parameters = parameters_of(pen, sensors)
         self._chain = tuple(p for p in self.parameters if p.kind == "chain")
         self.base = self._levels(pen)
-        probes = [self.base] + [
-            self._levels(with_values(pen, {p: PROBE * p.start(pen)}))
+        self._n = self.base.model.n_x
+
+    @cached_property
+    def _probes(self) -> list[Levels]:
+        """The levels as they are, and with one noise or walk changed at a time."""
+        changed = [
+            with_values(self.pen, {p: PROBE * p.start(self.pen)})
             for p in self.parameters
             if p.kind != "chain"
         ]
-        self._row_group = _groups([levels.rows for levels in probes])
-        self._walk_group = _groups([levels.walks for levels in probes])
-        self._n = self.base.model.n_x
+        return [self.base, *map(self._levels, changed)]
+
+    @cached_property
+    def _row_group(self) -> NDArray[np.int_]:
+        """(n_r,) the first row that has the same level, whatever the parameters."""
+        return _groups([levels.rows for levels in self._probes])
+
+    @cached_property
+    def _walk_group(self) -> NDArray[np.int_]:
+        """(n_b,) likewise of walks."""
+        return _groups([levels.walks for levels in self._probes])
 
     def _levels(self, pen: PenConfig) -> Levels:
         model = pen_model(pen, self.sensors, writing_area=self.writing_area)

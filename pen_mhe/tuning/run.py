@@ -17,7 +17,7 @@ from models.pen_file import AnyPen, as_pen
 from pen_mhe.tuning.levels import LevelFilter
 from pen_mhe.tuning.objectives import OBJECTIVES, Judge
 from pen_mhe.tuning.parameters import Parameter, chosen_parameters, with_values
-from pen_mhe.tuning.parts import ScoredPart, cut
+from pen_mhe.tuning.parts import PARTS, ScoredPart, cut
 from pen_mhe.tuning.pen_text import PenText
 from pen_mhe.tuning.result import TunedNumber, Tuning
 from pen_mhe.tuning.search import Search
@@ -69,6 +69,9 @@ def tune(
     """
     if objective not in OBJECTIVES:
         raise unknown("objective", objective, OBJECTIVES)
+    for part_name in (fit, score):
+        if part_name not in PARTS:
+            raise unknown("part", part_name, PARTS)
     row, config, text = OBJECTIVES[objective], as_pen(pen), _text_of(pen)
     if not isinstance(recording, Recording):
         recording = read_recording(recording, config, units=units)

@@ -97,20 +97,17 @@ class Search:
         for i in range(len(at)):
             sides = []
             for sign, open_end in ((-1.0, 0.0), (1.0, math.inf)):
-                factor, value = 1.0, best
+                narrower = 1.0
                 for wider in SCANNED:
                     tried = at.copy()
                     tried[i] *= wider**sign
                     reached = self._value(tried)
                     if reached > limit:
-                        # The loss grows with the square of the logarithm, or nearly so.
-                        share = (limit - value) / (reached - value) if math.isfinite(reached) else 0
-                        between = math.log(factor) + math.sqrt(max(share, 0.0)) * math.log(
-                            wider / factor
-                        )
-                        sides.append(at[i] * math.exp(sign * between))
+                        # A loss grows with the square of the logarithm, or nearly so.
+                        share = math.sqrt((limit - best) / (reached - best))
+                        sides.append(at[i] * max(wider**share, narrower) ** sign)
                         break
-                    factor, value = wider, reached
+                    narrower = wider
                 else:
                     sides.append(open_end)
             found.append((sides[0], sides[1]))
