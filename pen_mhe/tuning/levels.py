@@ -85,6 +85,7 @@ class LevelFilter:
         self._chain = tuple(p for p in self.parameters if p.kind == "chain")
         self.base = self._levels(pen)
         self._n = self.base.model.n_x
+        self._last: tuple[PenConfig, Levels] | None = None
 
     @cached_property
     def _probes(self) -> list[Levels]:
@@ -208,13 +209,16 @@ class LevelFilter:
         time_s, y : (n,), (n, n_y)
         covariances : keep those of the innovations
         """
-        levels = self._levels(pen)
+        if self._last is None or self._last[0] is not pen:
+            self._last = (pen, self._levels(pen))
+        levels = self._last[1]
         estimator, row = self._estimator, levels.rows
         state, parts = estimator.init(self._first(levels)), []
-        for start in range(0, len(time_s), BATCH_STEPS):
-            some = slice(start, start + BATCH_STEPS)
-            state, part = estimator.batch(state, time_s[some], y[some], covariances=covariances)
-            parts.append(_in_units(part, row))
+        with np.errstate(invalid="ignore"):  # of a choice that breaks down
+            for start in range(0, len(time_s), BATCH_STEPS):
+                some = slice(start, start + BATCH_STEPS)
+                state, part = estimator.batch(state, time_s[some], y[some], covariances=covariances)
+                parts.append(_in_units(part, row))
         return EstimateHistory.joined(parts)
 
 

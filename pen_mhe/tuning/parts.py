@@ -9,11 +9,13 @@ from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
 from models.pen_config import PenConfig
+from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 
 PARTS: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -86,15 +88,21 @@ class ScoredPart:
         times = np.unique(np.concatenate([np.zeros(0), *found]))
         return times[times >= self.counts_from_s]
 
-    def without(self, sensors: Sequence[str], hidden: Sequence[tuple[float, float]]) -> Array:
-        """Return the readings (n, n_y) without those of some sensors in some intervals."""
-        time_s, y = self.stacked
-        y, start = y.copy(), 0
-        rows = np.zeros(len(time_s), dtype=bool)
-        for low, high in hidden:
-            rows |= (time_s >= low) & (time_s < high)
+    def without(self, sensors: Sequence[str], hidden: NDArray[np.bool_]) -> Array:
+        """Return the readings (n, n_y) without those of some sensors at some instants (n,)."""
+        y, start = self.stacked[1].copy(), 0
         for sensor in self.model.sensors:
             if sensor.name in sensors:
-                y[rows, start : start + sensor.n_y] = np.nan
+                y[hidden, start : start + sensor.n_y] = np.nan
             start += sensor.n_y
         return y
+
+    @cached_property
+    def cameras(self) -> tuple[SensorModel, ...]:
+        """The sensors that see the pose."""
+        return tuple(sensor for sensor in self.model.sensors if sensor.sees_pose)
+
+    def frames(self, camera: SensorModel) -> tuple[NDArray[np.int_], Array]:
+        """Return at which instants of `stacked` a camera has frames, and the frames."""
+        times, readings = self.recording.sensor(camera.name)
+        return np.searchsorted(self.stacked[0], times), readings

@@ -38,7 +38,7 @@ def test_each_objective_proposes_what_it_is_good_for() -> None:
     found = parameters_of(bounded_pen(), SENSORS)
     proposed = {name: [p for p in found if row.proposes(p)] for name, row in OBJECTIVES.items()}
     assert not any(p.sees_pose for p in proposed["innovations"])
-    assert {p.kind for p in proposed["without-camera"]} == {"chain"}
+    assert {p.table for p in proposed["without-camera"]} == {("motion", "tip")}
     assert {p.table for p in proposed["flatness"]} >= {("sensors", "camera")}
 
 
