@@ -71,7 +71,7 @@ def pen_model(
         chosen |= rest_of(config.sensors, chosen)
     check_rest(chosen, f"pen {config.name}")
     is_free = config.degrees_of_freedom == 6
-    kinematics, body = (_free_pen if is_free else _paper_pen)(config, has_camera)
+    kinematics, body = pen_kinematics(config, has_camera=has_camera)
     moving = MovingBody(body, config.gravity_m_s2, has_spin=is_free)
     name = f"{config.name}, {config.degrees_of_freedom} degrees of freedom"
     model = body_model(name, kinematics, moving, chosen)
@@ -87,6 +87,16 @@ def pen_model(
     )
     model = model.bounded(**config.bounds)
     return model if config.paper is None else above_paper(model, config.paper)
+
+
+def pen_kinematics(config: PenConfig, *, has_camera: bool) -> tuple[Kinematics, Body]:
+    """Return the states of a pen without its sensors, and its body in their symbols.
+
+    Parameters
+    ----------
+    has_camera : see `models.euler_pen.tip_std`
+    """
+    return (_free_pen if config.degrees_of_freedom == 6 else _paper_pen)(config, has_camera)
 
 
 def _free_pen(config: PenConfig, has_camera: bool) -> tuple[Kinematics, Body]:
