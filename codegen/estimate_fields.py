@@ -60,7 +60,7 @@ def estimate_fields(result: Layout) -> list[Field]:
     blocks = [
         Field(name, None, shape, WORDS.get(name, name))
         for name, shape in result.shapes.items()
-        if name not in NUMBERS and math.prod(shape)
+        if name not in NUMBERS and 0 not in shape
     ]
     told = Field(TOLD, None, (len(NUMBERS),), "private")
     return [*numbers, *blocks, told]
