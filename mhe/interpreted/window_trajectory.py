@@ -1,4 +1,4 @@
-"""A window's trajectory in Python: roll it out, and what it costs; see mhe/compiled/trajectory.c."""
+"""A window's trajectory in Python: roll it out, and what it costs; mhe/compiled/trajectory.c."""
 
 from __future__ import annotations
 
