@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from estimation.recording import Recording
+from models.motion import white_jerk_motion
 from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import load_pen
@@ -25,6 +26,9 @@ NO_BIAS: Mapping[str, Mapping[str, object]] = MappingProxyType(
 )
 """Sensor → what becomes of it in the pen of [Pen]: no bias states, and no third rate."""
 
+
+PAPER_MOTION = white_jerk_motion(tip=10.0, attitude=20.0)
+"""Of the pen of [Pen], whose acceleration is constant but for noise (3)."""
 
 MOTION = "handwriting"
 
@@ -101,9 +105,8 @@ def _pen15() -> BoundedBody:
     sensors: dict[str, Sensor] = {
         name: pen.sensors[name].model_copy(update=dict(change)) for name, change in NO_BIAS.items()
     }
-    return _pen_body(
-        pen.model_copy(update={"degrees_of_freedom": 5, "sensors": sensors}), WRITING_HAND
-    )
+    change = {"degrees_of_freedom": 5, "motion": PAPER_MOTION, "sensors": sensors}
+    return _pen_body(pen.model_copy(update=change), WRITING_HAND)
 
 
 def _pen24() -> BoundedBody:

@@ -1,4 +1,6 @@
-"""Sensors that read a constant (a pen's writing area): the exported step adds their readings."""
+"""Sensors that nobody reads: the exported step adds the readings of those that read a constant (a
+pen's writing area), and its loop those of rest, which it detects.
+"""
 
 from __future__ import annotations
 
@@ -30,9 +32,14 @@ def measured_columns(model: StateSpaceModel) -> list[int]:
     return [
         stacked.column + i
         for stacked in stacked_sensors(model)
-        if stacked.sensor.constant_reading is None
+        if stacked.sensor.has_readings
         for i in range(stacked.sensor.n_y)
     ]
+
+
+def detected_sensors(model: StateSpaceModel) -> list[StackedSensor]:
+    """Return the sensors whose readings the loop makes of those of others."""
+    return [s for s in stacked_sensors(model) if s.sensor.rest is not None]
 
 
 def constant_sensors(model: StateSpaceModel) -> list[StackedSensor]:

@@ -19,6 +19,8 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "reused": "stages whose factors were kept",
         "mean": "estimate of the states",
         "covariance": "of the estimate, row by row, in products of the states' units",
+        "derived": "what people read, derived from the states: DERIVED_...",
+        "derived_std": "its standard deviations",
         "innovation": "reading minus prediction, NaN where none; units of the rows above",
         "innovation_covariance": "of the innovation",
         "cost": "of the window; NaN where none is counted",
@@ -53,19 +55,22 @@ class Field:
 
 
 def estimate_fields(result: Layout) -> list[Field]:
-    """Return the structure's members, those of a type of their own first."""
+    """Return the structure's members, those of a type of their own first; none of no numbers."""
     numbers = [Field(name, c_type, (), WORDS[name]) for name, (c_type, _) in NUMBERS.items()]
     blocks = [
         Field(name, None, shape, WORDS.get(name, name))
         for name, shape in result.shapes.items()
-        if name not in NUMBERS
+        if name not in NUMBERS and 0 not in shape
     ]
     told = Field(TOLD, None, (len(NUMBERS),), "private")
     return [*numbers, *blocks, told]
 
 
 def offsets(result: Layout) -> dict[str, int]:
-    """Return where each block stands behind the first real member, for the loop's structure."""
+    """Return where each block stands behind the first real member, for the loop's structure.
+
+    A block of no numbers has no member, and stands where it does no harm.
+    """
     places, at = {}, 0
     for member in estimate_fields(result):
         if member.c_type is None:
@@ -73,7 +78,7 @@ def offsets(result: Layout) -> dict[str, int]:
             at += math.prod(member.shape)
     told = places.pop(TOLD)
     found = {**places, **{name: told + i for i, name in enumerate(NUMBERS)}}
-    return {**{block: found[block] for block in result.shapes}, "size": at}
+    return {**{block: found.get(block, 0) for block in result.shapes}, "size": at}
 
 
 def estimate_structure(fields: Sequence[Field], real: Any) -> type[ctypes.Structure]:

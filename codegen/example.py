@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from codegen.constant_readings import measured_columns
 from codegen.export import Export
+from codegen.names import macros
 from codegen.structures import braces
 from codegen.template import filled
+from estimation.outputs import derived_outputs, outputs_of
 from estimation.status import Status
 from models.state_space import StateSpaceModel
 from models.units import TIME_DIGITS, UNITS
@@ -26,13 +30,25 @@ def example_program(export: Export) -> str:
         PREFIX=prefix.upper(),
         columns=braces([f"{{{_text(h)}, {i}, {f!r}}}" for h, (i, f) in headers(model).items()]),
         readings=braces([_text(name) for name in names]),
-        states=braces([_text(name) for name in model.state_names]),
+        shown=braces(_shown(model, prefix.upper())),
         statuses=braces(bits),
         solved=Status.SOLVED.label,
         digits="17" if export.precision.c_type == "double" else "9",
         time_digits=str(TIME_DIGITS),
         per_tick=f"1e{TIME_DIGITS}",
     )
+
+
+def _shown(model: StateSpaceModel, capital: str) -> list[str]:
+    """Return the rows of what people read: its name, and where its value and spread stand."""
+    derived = derived_outputs(model).names
+    rows = {name: f"STATE({capital}_STATE_{macro})" for name, macro in _macros(model.state_names)}
+    rows |= {name: f"DERIVED({capital}_DERIVED_{macro})" for name, macro in _macros(derived)}
+    return [f"{{{_text(name)}, {rows[name]}}}" for name in outputs_of(model).names]
+
+
+def _macros(names: Sequence[str]) -> list[tuple[str, str]]:
+    return list(zip(names, macros(names), strict=True))
 
 
 def headers(model: StateSpaceModel) -> dict[str, tuple[int, float]]:

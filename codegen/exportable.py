@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ekf_baseline.ekf import EkfConfig, EkfState, filter_loop, packed_state
-from estimation.estimator import first_state
+from ekf_baseline.ekf import EkfConfig, filter_loop, first_filter, packed_state
 from estimation.loop import Loop
 from estimation.settings import config_of
 from mhe.compiled.loop import window_loop
@@ -33,7 +32,7 @@ class Exportable:
 
 
 def _ekf(model: StateSpaceModel, config: EkfConfig) -> tuple[Loop, Array]:
-    start = packed_state(EkfState(None, first_state(model, None)))
+    start = packed_state(first_filter(model, None))
     return filter_loop(model, config), start
 
 

@@ -104,7 +104,7 @@ class Exported:
         """Return what the last step told, as `estimation.result.result_layout` has it."""
         result = np.empty(self.layout.size)
         for block in self.layout.shapes:
-            value: Any = getattr(self._estimate, block)
+            value: Any = getattr(self._estimate, block, ())  # a block of no numbers is no member
             self.layout.view(result, block).ravel()[:] = value
         return result
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from codegen.constant_readings import constant_sensors, measured_columns
+from codegen.constant_readings import constant_sensors, detected_sensors, measured_columns
 from codegen.example import example_program
 from codegen.export import Export, export_texts
 from codegen.exportable import exportable, is_timed
@@ -15,12 +15,17 @@ from codegen.names import macros
 from codegen.sizes import Sizes, find_target, measure, size_words
 from codegen.template import AtTemplate, filled
 from estimation.output_folder import prepare_folder
+from estimation.outputs import derived_outputs
 from models.errors import InputError
 from models.state_space import StateSpaceModel
 
 FLOAT_TIMES = """Times are handed over as `double`, and kept in single precision relative to an
 origin that follows them: intervals stay right however long the estimator runs. Where a gap lies
 within a window, intervals are resolved to about 1e-7 of the gap until it has left the window."""
+DERIVED = """    /* estimate.derived[@place] in @unit, estimate.derived_std[@place] */
+
+`derived` has what people read and is derived from the states, with standard deviations in
+`derived_std`: @names."""
 CONSTRAINED = """Bounds and inequalities hold in the estimate. Where the search for the active
 rows fails, pen-mhe itself tries again with OSQP; here the best point so far is returned, with
 `@{PREFIX}_STATUS_SOLVER_FAILED`."""
@@ -105,7 +110,8 @@ def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> st
     model = export.exported.model
     is_float = export.precision.c_type == "float"
     names = [model.reading_names[i] for i in measured_columns(model)]
-    added = [stacked.sensor.name for stacked in constant_sensors(model)]
+    unread = [*constant_sensors(model), *detected_sensors(model)]
+    added = [stacked.sensor.name for stacked in unread]
     return filled(
         "README.md",
         prefix=export.prefix,
@@ -117,12 +123,26 @@ def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> st
         some_columns=", ".join(f"`{name}`" for name in names[:3]) + ", …",
         first_state=macros(model.state_names)[0],
         first_unit=state_units(model)[0][1],
+        derived=_derived_words(export),
         constraints=_constraint_words(export),
         deadline=_deadline_words(export),
         constants=f"\nThe step adds the readings of {', '.join(added)} itself.\n" if added else "",
         times=FLOAT_TIMES if is_float else DOUBLE_TIMES,
         sizes=size_words(sizes),
     )
+
+
+def _derived_words(export: Export) -> str:
+    """Return how to read the first output that is no state, and what there is; "" without any."""
+    derived, capital = derived_outputs(export.exported.model), export.prefix.upper()
+    if not derived.names:
+        return ""
+    words = AtTemplate(DERIVED).substitute(
+        place=f"{capital}_DERIVED_{macros(derived.names)[0]}",
+        unit=derived.units[0],
+        names=", ".join(f"`{name}`" for name in derived.names),
+    )
+    return f"{words}\n"
 
 
 def _deadline_words(export: Export) -> str:

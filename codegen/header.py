@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 
-from codegen.constant_readings import constant_sensors, measured_columns
+from codegen.constant_readings import constant_sensors, detected_sensors, measured_columns
 from codegen.estimate_fields import Field, estimate_fields
 from codegen.exportable import Exportable
 from codegen.names import macros
 from codegen.number_format import Precision
 from codegen.template import filled
+from estimation.outputs import Derived, derived_outputs
 from estimation.result import result_layout
 from estimation.status import SENTENCES, Status
 from models.state_space import StateSpaceModel
 from models.units import readable_unit
+
+_SIZE_OF = {
+    "mean": "N_X",
+    "covariance": "N_X",
+    "derived": "N_DERIVED",
+    "derived_std": "N_DERIVED",
+    "innovation": "N_R",
+    "innovation_covariance": "N_R",
+}
+"""Member of the estimate → the size that its lengths are."""
 
 
 def header(export: Exportable, prefix: str, precision: Precision, form: str) -> str:
     """Return the header's text."""
     model, capital = export.model, prefix.upper()
     fields = estimate_fields(result_layout(model))
+    derived = derived_outputs(model)
     return filled(
         "interface.h",
         prefix=prefix,
@@ -30,6 +43,7 @@ def header(export: Exportable, prefix: str, precision: Precision, form: str) -> 
         states=_enumeration(
             capital, "STATE", zip(model.state_names, model.state_units, strict=True)
         ),
+        derived=_derived(capital, derived),
         readings=_enumeration(capital, "READING", reading_units(model)),
         rows=_comment(_row_words(model)),
         constants=_comment(_constant_words(model)),
@@ -64,6 +78,7 @@ def _sizes(export: Exportable, capital: str) -> list[str]:
     model = export.model
     sizes = {
         "N_X": (model.n_x, "states"),
+        "N_DERIVED": (len(derived_outputs(model).names), "numbers that are derived from states"),
         "N_Y": (len(measured_columns(model)), "readings that a step is given"),
         "N_R": (model.n_r, "rows of the innovation"),
     }
@@ -80,6 +95,18 @@ def _enumeration(capital: str, kind: str, entries: Iterable[tuple[str, str]]) ->
     return "\n".join(["enum {", *lines, "};"]) if lines else f"/* no {kind.lower()} */"
 
 
+def _derived(capital: str, derived: Derived) -> str:
+    if not derived.names:
+        return "/* Nothing is derived from the states: people read them as they are. */"
+    words = [
+        "Derived from the states, as in `derived` and `derived_std`: what people read. A standard",
+        "deviation of theirs is no square root in `covariance`, whose rows of an attitude are",
+        "those of a small turn about the body's axes, in rad.",
+    ]
+    rows = zip(derived.names, derived.units, strict=True)
+    return _comment(words) + "\n" + _enumeration(capital, "DERIVED", rows)
+
+
 def _row_words(model: StateSpaceModel) -> list[str]:
     words, at = ["Rows of the innovation:"], 0
     for sensor in model.sensors:
@@ -92,9 +119,13 @@ def _row_words(model: StateSpaceModel) -> list[str]:
 
 def _constant_words(model: StateSpaceModel) -> list[str]:
     sensors = [stacked.sensor for stacked in constant_sensors(model)]
+    detected = [
+        f"The step finds from the inertial readings whether the body rests: {stacked.sensor.name}."
+        for stacked in detected_sensors(model)
+    ]
     if not sensors:
-        return ["No sensor reads a constant."]
-    return ["The step adds the readings of sensors that read a constant:"] + [
+        return ["No sensor reads a constant.", *detected]
+    return [*detected, "The step adds the readings of sensors that read a constant:"] + [
         f"  {sensor.name}: "
         + (f"once every {1 / sensor.rate_hz:g} s" if sensor.rate_hz else "at every measurement")
         for sensor in sensors
@@ -113,9 +144,8 @@ def _statuses(capital: str) -> str:
 
 
 def _member(field: Field, prefix: str, capital: str) -> str:
-    size = {"mean": "N_X", "innovation": "N_R"}.get(field.name.removesuffix("_covariance"))
-    size = "N_X" if field.name == "covariance" else size
+    size = _SIZE_OF.get(field.name)
     lengths = [f"{capital}_{size}" if size else str(length) for length in field.shape]
     array = f"[{' * '.join(lengths)}]" if lengths else ""
-    words = field.words.replace("STATUS_", f"{capital}_STATUS_")
+    words = re.sub(r"\b(STATUS|DERIVED)_", rf"{capital}_\1_", field.words)
     return f"    {field.c_type or f'{prefix}_real'} {field.name}{array}; /* {words} */"

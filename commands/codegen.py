@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from commands.lists import completing
-from commands.options import PenOption, SensorsOption, WritingAreaOption, names
+from commands.options import PenOption, RestOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
 from commands.study_commands import command_line
 
@@ -18,6 +18,7 @@ def codegen(
     pen: PenOption = "reference",
     sensors: SensorsOption = None,
     writing_area: WritingAreaOption = True,
+    rest: RestOption = True,
     estimator: Annotated[
         str | None,
         typer.Option(
@@ -50,6 +51,7 @@ def codegen(
                 pen=pen,
                 sensors=names(sensors),
                 writing_area=writing_area,
+                rest=rest,
                 estimator=estimator or DEFAULT_EXPORT,
                 horizon=horizon,
                 deadline_s=deadline,

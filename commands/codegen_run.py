@@ -25,7 +25,7 @@ class CodegenRequest:
 
     Parameters
     ----------
-    pen, sensors, writing_area : see `models.pen_file.load_pen` and `models.pen.pen_model`
+    pen, sensors, writing_area, rest : see `models.pen_file.load_pen` and `models.pen.pen_model`
     estimator : one of `codegen.exportable.EXPORTABLE`
     horizon, deadline_s : of an estimator with a window; None takes the default
     real : ``double`` or ``float``
@@ -37,6 +37,7 @@ class CodegenRequest:
     pen: str
     sensors: Sequence[str] | None
     writing_area: bool
+    rest: bool
     estimator: str
     horizon: int | None
     deadline_s: float | None
@@ -55,7 +56,12 @@ def run_codegen(request: CodegenRequest) -> None:
     InputError
         For what does not fit; the message says what was expected.
     """
-    model = pen_model(load_pen(request.pen), request.sensors, writing_area=request.writing_area)
+    model = pen_model(
+        load_pen(request.pen),
+        request.sensors,
+        writing_area=request.writing_area,
+        rest=request.rest,
+    )
     chosen = exportable(request.estimator, model, **_settings(request))
     export = export_texts(chosen, request.real, form=request.form, prefix=request.prefix)
     prepare_folder(request.output)

@@ -12,7 +12,7 @@ import typer
 from benchmark.console import console, progress
 from benchmark.runner.interrupts import not_swallowed
 from commands.option_groups import fields_group, grouped
-from commands.options import PenOption, SensorsOption, WritingAreaOption, names
+from commands.options import PenOption, RestOption, SensorsOption, WritingAreaOption, names
 from commands.options import units as read_units
 from commands.sentences import one_sentence
 from commands.setting_options import check_options, settings_group
@@ -36,6 +36,7 @@ class Source:
     pen: PenOption
     sensors: SensorsOption = None
     writing_area: WritingAreaOption = True
+    rest: RestOption = True
     units: Annotated[
         str | None,
         typer.Option(help="Units of a table's columns, e.g. accel=g,gyro=deg_s; SI by default."),
@@ -114,6 +115,7 @@ def estimate(
                 duration_s=part.duration,
                 on_start=start,
                 writing_area=source.writing_area,
+                rest=source.rest,
             )
         write_table(result.output.to_pandas(), written.output)
         if written.figure is not None:

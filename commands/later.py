@@ -1,6 +1,7 @@
 """Commands whose options are slow to find, and what completes their words without finding them.
 
-The options of ``estimate`` are the settings of all estimators: its module imports them. A shell
+The options of ``estimate`` are the settings of all estimators, those of ``tune`` the objectives:
+their modules import them. A shell
 that completes the value of ``--pen`` or ``--sensors`` gets a stand-in that has these only.
 """
 
@@ -16,7 +17,9 @@ import typer
 from commands.help_page import Command
 from commands.lists import complete_sensors, completing
 
-LATER: Mapping[str, str] = MappingProxyType({"estimate": "commands.estimate"})
+LATER: Mapping[str, str] = MappingProxyType(
+    {"estimate": "commands.estimate", "tune": "commands.tune"}
+)
 """Command → module that has it as a function of its name."""
 
 QUICK = ("--pen", "--sensors")

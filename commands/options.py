@@ -27,6 +27,10 @@ WritingAreaOption = Annotated[
     bool,
     typer.Option(help="Where no sensor sees a position, hold the tip to the writing area."),
 ]
+RestOption = Annotated[
+    bool,
+    typer.Option(help="Where the pen file has a sensor of rest, add it to a gyroscope."),
+]
 JobsOption = Annotated[int, typer.Option(help="Processes.", min=1)]
 
 

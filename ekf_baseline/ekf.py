@@ -9,15 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ekf_baseline.interpreted import InterpretedFilter
+from ekf_baseline.interpreted import FIRST, InterpretedFilter
 from estimation import native
 from estimation.collect import Batches
 from estimation.engine import CompiledEngine, Loop
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import first_state
-from estimation.kalman_stage import stage_functions
+from estimation.kalman_stage import difference_function, stage_functions
 from estimation.layout import Layout
 from estimation.recording import Measurement
+from estimation.rest import rest_blocks, rest_constants, rest_fields
 from estimation.result import Engine, ResultReader
 from estimation.settings import checked_config
 from models.arrays import Array
@@ -53,21 +54,31 @@ class EkfConfig:
 
 @dataclass(frozen=True, eq=False)
 class EkfState:
-    """Time (None before the first measurement) and Gaussian x_k|k, or the prior x_0|-1."""
+    """Time (None before the first measurement) and Gaussian x_k|k, or the prior x_0|-1.
+
+    ``seen`` (n_sensors,) is 1 for sensors whose readings were used, ``rest`` what the detector of
+    rest remembers, see `estimation.rest.rest_blocks`; empty where the model has none.
+    """
 
     time_s: float | None
     gaussian: GaussianState
+    seen: Array
+    rest: Array
 
 
 class Ekf:
     """Extended Kalman filter on a state-space model.
 
     Each step predicts to the measurement's time and updates with the readings
-    it has, both linearised at the filter's current mean.
+    it has, both linearised at the filter's current mean. An update with the first readings
+    of a sensor is linearised at its own posterior, iterated until that stays: a start two
+    deviations off would otherwise leave a wrong tilt for good.
 
     References
     ----------
     Särkkä (2013), Bayesian Filtering and Smoothing, Algorithm 5.4.
+    Bell, Cathey (1993), The iterated Kalman filter update as a Gauss-Newton method, IEEE Trans.
+    Automatic Control 38(2).
     """
 
     name = "ekf"
@@ -91,7 +102,7 @@ class Ekf:
         InputError
             If the prior is not of the model's size.
         """
-        return EkfState(None, first_state(self.model, prior))
+        return first_filter(self.model, prior)
 
     def step(self, state: EkfState, measurement: Measurement) -> tuple[EkfState, Estimate]:
         """Predict to the measurement's time and update."""
@@ -121,24 +132,37 @@ class Ekf:
 
     def _unpack(self, memory: Array) -> EkfState:
         n_x = self.model.n_x
-        covariance, time_s = memory[n_x + 1 :].reshape(n_x, n_x), memory.item(0)
-        gaussian = GaussianState(memory[1 : n_x + 1], covariance)
-        return EkfState(None if math.isnan(time_s) else time_s, gaussian)
+        end = 1 + n_x + n_x * n_x
+        seen = end + len(self.model.sensors)
+        gaussian = GaussianState(memory[1 : n_x + 1], memory[n_x + 1 : end].reshape(n_x, n_x))
+        time_s = None if math.isnan(memory.item(0)) else memory.item(0)
+        return EkfState(time_s, gaussian, memory[end:seen], memory[seen:])
 
 
 def filter_memory(model: StateSpaceModel) -> Layout:
     """Return the layout of the filter's state; ``time_s`` is NaN before the first measurement."""
     n_x = model.n_x
-    return Layout("Memory", {"time_s": (), "mean": (n_x,), "covariance": (n_x, n_x)})
+    state = {"time_s": (), "mean": (n_x,), "covariance": (n_x, n_x), "seen": (len(model.sensors),)}
+    return Layout("Memory", {**state, **rest_blocks(model)})
+
+
+def first_filter(model: StateSpaceModel, prior: GaussianState | None) -> EkfState:
+    """Return the state before the first measurement; a prior of None is the model's."""
+    detector = Layout("RestMemory", rest_blocks(model))
+    unseen = np.zeros(len(model.sensors))
+    return EkfState(None, first_state(model, prior), unseen, np.zeros(detector.size))
 
 
 def packed_state(state: EkfState) -> Array:
     """Return a state as one flat array; see `filter_memory`."""
     n_x = len(state.gaussian.mean)
-    memory = np.empty(1 + n_x + n_x * n_x)
+    end = 1 + n_x + n_x * n_x
+    seen = end + len(state.seen)
+    memory = np.empty(seen + len(state.rest))
     memory[0] = np.nan if state.time_s is None else state.time_s
     memory[1 : n_x + 1] = state.gaussian.mean
-    memory[n_x + 1 :] = state.gaussian.covariance.ravel()
+    memory[n_x + 1 : end] = state.gaussian.covariance.ravel()
+    memory[end:seen], memory[seen:] = state.seen, state.rest
     return memory
 
 
@@ -155,7 +179,7 @@ def _gate(model: StateSpaceModel, config: EkfConfig) -> Array | None:
 def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
     """Return the filter's loop, ekf_baseline/filter.c, for a model."""
     n_x, n_w, n_y, n_r = model.n_x, model.n_w, model.n_y, model.n_r
-    predict, update, *small = stage_functions(model)
+    predict, update, *small = [*stage_functions(model), difference_function(model)]
     return Loop(
         sources=[Path(__file__).with_name("filter.c")],
         entry="filter",
@@ -169,13 +193,15 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
             "present": np.zeros(n_r),
             "used": np.zeros(n_r),
             "clean": np.zeros(n_y),
-            "x_minus": np.zeros(n_x),
-            "d_plus": np.zeros(n_x),
+            "difference": "difference",
+            **{name: np.zeros(n_x) for name in ("x_minus", "x_next", "d_minus", "d_plus")},
             "P_minus": np.zeros((n_x, n_x)),
             "v": np.zeros(n_r),
             "S": np.zeros((n_r, n_r)),
             "L": np.zeros((n_r, n_r)),
             "z": np.zeros(n_r),
             "rows": np.zeros(n_r, dtype=np.int64),
+            **rest_fields(model),
         },
+        constants={**FIRST, **rest_constants(model)},
     )

@@ -38,6 +38,48 @@ static int gate(const Filter *f)
     return rejected;
 }
 
+/* Whether a sensor's readings are used that never were; it counts as seen then. */
+static int is_first(const Filter *f, const real *given, real *memory)
+{
+    const Model *m = &f->model;
+    const real *before = given + f->memory.seen;
+    real *seen = memory + f->memory.seen;
+    int first = 0;
+    copy(seen, before, m->n_sensors);
+    for (integer sensor = 0; sensor < m->n_sensors; sensor++)
+        for (integer row = m->first_row[sensor]; row < m->first_row[sensor + 1]; row++)
+            if (f->used[row] != 0 && m->measured_rows[row]) seen[sensor] = 1;
+    for (integer sensor = 0; sensor < m->n_sensors; sensor++)
+        first = first || seen[sensor] != before[sensor];
+    return first;
+}
+
+/* Linearise an update at its own posterior, again and again until that stays: the prior is the
+ * same each time. A posterior that stays at once is kept as it is. Returns the number of updates. */
+static integer settle(const Filter *f, real *mean, real *covariance)
+{
+    const Model *m = &f->model;
+    const integer n_x = m->n_x;
+    const real *away[] = {mean, f->x_minus};
+    real *from_prior[] = {f->d_minus};
+    real *moved[] = {f->d_plus, 0, 0, 0, 0, 0, 0, 0}, *known[] = {0, covariance, 0, 0, 0, 0, 0, 0};
+    integer updates = 1;
+    for (; updates < FIRST_UPDATES; updates++) {
+        real largest = 0;
+        f->difference(away, from_prior, 0, 0, 0);
+        for (integer i = 0; i < n_x; i++) f->d_minus[i] = -f->d_minus[i];
+        update(m, f->d_minus, f->P_minus, mean, f->clean, f->used, moved);
+        if (!all_finite(f->d_plus, n_x)) break;
+        for (integer i = 0; i < n_x; i++)
+            largest = fmax(largest, fabs(f->d_plus[i]) / sqrt(variance(m, covariance, i)));
+        if (!(largest > FIRST_SETTLED)) break;
+        update(m, f->d_minus, f->P_minus, mean, f->clean, f->used, known);
+        retract(m, mean, f->d_plus, f->x_next);
+        copy(mean, f->x_next, n_x);
+    }
+    return updates;
+}
+
 void filter_step(void *self, const real *given, real *memory, real time, const real *y,
                  real *result)
 {
@@ -47,7 +89,7 @@ void filter_step(void *self, const real *given, real *memory, real time, const r
     const double start = seconds();
     const real before = given[at->time_s], dt = isnan(before) ? 0 : time - before;
     const integer n_x = m->n_x;
-    integer status = 0;
+    integer status = 0, updates = 1;
 
     if (dt < 0) {
         copy(memory, given, at->size);
@@ -55,6 +97,9 @@ void filter_step(void *self, const real *given, real *memory, real time, const r
         result[f->result.step_time_s] = (real)(seconds() - start);
         return;
     }
+#if RESTS
+    y = with_rest(m, &f->rest, at, given, memory, dt, y);
+#endif
     mark_present(m, y, f->present, f->clean);
     copy(f->used, f->present, m->n_r);
     real *predicted[] = {f->x_minus, 0, f->P_minus, 0, 0};
@@ -70,15 +115,17 @@ void filter_step(void *self, const real *given, real *memory, real time, const r
         update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->used, again);
     }
     retract(m, f->x_minus, f->d_plus, mean);
+    if (is_first(f, given, memory)) updates = settle(f, mean, covariance);
     if (!(all_finite(mean, n_x) && all_finite(covariance, n_x * n_x))) {
         status |= STATUS_NOT_FINITE;
         copy(mean, f->x_minus, n_x);
         copy(covariance, f->P_minus, n_x * n_x);
+        copy(memory + at->seen, given + at->seen, m->n_sensors);
     }
     memory[at->time_s] = time;
     status |= remarks(m, mean, covariance, y, f->used);
     report(m, &f->result, result, time, mean, covariance, f->v, f->S, f->present, status);
-    result[f->result.iterations] = 1;
+    result[f->result.iterations] = (real)updates;
     result[f->result.step_time_s] = (real)(seconds() - start);
 }
 

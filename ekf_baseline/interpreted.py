@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +13,17 @@ from estimation.estimator import remarks
 from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.layout import Layout
 from estimation.outputs import derived_outputs
+from estimation.rest_detector import RestDetector
 from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
+
+FIRST: Mapping[str, float] = MappingProxyType({"FIRST_UPDATES": 20, "FIRST_SETTLED": 1e-3})
+"""Macros of filter.c: how often an update with first readings is linearised anew at most, and how
+far, in standard deviations, its posterior then may be from where it was linearised. Starts wrong by
+up to 90° and told so take 3 to 12, by 170° some the whole number."""
 
 
 class InterpretedFilter:
@@ -30,6 +38,7 @@ class InterpretedFilter:
         self.memory, self.result = memory, result_layout(model)
         self._model, self._gate = model, gate
         self._stage, self._derived = KalmanStage(model), derived_outputs(model)
+        self._rest = RestDetector(model)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
@@ -43,28 +52,58 @@ class InterpretedFilter:
                 self.result, self._derived, before, state, None, Status.LATE, 0
             )
         dt = 0.0 if np.isnan(before) else time_s - before
+        rest, y = self._rest.step(self._rest.part(at, given), dt, y)
         present, status = rows_present(model, y), Status.SOLVED
         predicted = self._stage.predict(state, dt).state
         first = update = self._stage.update(predicted, y, present)
         if (rejected := self._gated(update)).any():
             status |= Status.GATED
             update = self._stage.update(predicted, y, present & ~rejected)
-        gaussian = update.state
+        seen, updates, gaussian = self._seen(given, update), 1, update.state
+        if (seen != at.view(given, "seen")).any():
+            gaussian, updates = self._settled(predicted, y, update)
         if not (np.isfinite(gaussian.mean).all() and np.isfinite(gaussian.covariance).all()):
             status |= Status.NOT_FINITE
-            gaussian = predicted
+            gaussian, seen = predicted, at.view(given, "seen")
         status |= remarks(model, gaussian, y, update.present)
-        result = report(self.result, self._derived, time_s, gaussian, first, status)
+        result = report(self.result, self._derived, time_s, gaussian, first, status, updates)
         memory = np.empty(at.size)
         at.view(memory, "time_s")[...] = time_s
         at.view(memory, "mean")[:] = gaussian.mean
         at.view(memory, "covariance")[:] = gaussian.covariance
+        at.view(memory, "seen")[:] = seen
+        self._rest.part(at, memory)[:] = rest
         self.result.view(result, "step_time_s")[...] = time.perf_counter() - start
         return memory, result
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Return the state after n measurements and what each step says, (n, result.size)."""
         return stepped(self, self._model.n_y, given, time_s, y)
+
+    def _seen(self, given: Array, update: Update) -> Array:
+        """Return which sensors' readings were ever used (n_sensors,), with those of an update."""
+        seen = self.memory.view(given, "seen").copy()
+        used, start = update.present & self._model.measured_rows, 0
+        for i, sensor in enumerate(self._model.sensors):
+            seen[i] = max(seen[i], float(used[start : start + sensor.n_r].any()))
+            start += sensor.n_r
+        return seen
+
+    def _settled(
+        self, predicted: GaussianState, y: Array, update: Update
+    ) -> tuple[GaussianState, int]:
+        """Return an update linearised at its own posterior, and how many it took."""
+        state, present, updates = update.state, update.present, 1
+        while updates < FIRST["FIRST_UPDATES"]:
+            d_minus = -self._stage.difference(state.mean, predicted.mean)
+            again = self._stage.update(predicted, y, present, state.mean, d_minus)
+            if not np.isfinite(again.deviation).all():
+                break
+            largest = (np.abs(again.deviation) / state.std).max()
+            if not largest > FIRST["FIRST_SETTLED"]:
+                break
+            state, updates = again.state, updates + 1
+        return state, updates
 
     def _gated(self, update: Update) -> NDArray[np.bool_]:
         """Return the rows (n_r,) of sensors whose readings are too far off."""

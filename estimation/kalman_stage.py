@@ -254,6 +254,10 @@ class KalmanStage:
         """Return x ⊞ δ (n_x,)."""
         return self._retract(x, deviation)[0]
 
+    def difference(self, to: Array, origin: Array) -> Array:
+        """Return to ⊟ origin (n_x,)."""
+        return self._difference(to, origin)[0]
+
     def _deviation(self, mean: Array, x_lin: Array | None) -> Array:
         return self._no_deviation if x_lin is None else self._difference(mean, x_lin)[0]
 

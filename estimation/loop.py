@@ -77,7 +77,7 @@ def engine_sources(loop: Loop, stage: str = "covariance") -> list[str]:
     ----------
     stage : one of `STAGES`
     """
-    front = ("engine.c", STAGES[stage])
+    front = ("engine.c", STAGES[stage], "rest.c")
     return [
         *((resources.files("estimation") / name).read_text("utf-8") for name in front),
         *(source.read_text("utf-8") for source in loop.sources),

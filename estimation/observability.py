@@ -222,13 +222,14 @@ def free_motion(
 ) -> tuple[list[Measurement], Array]:
     """Return the readings without noise and the states (n, n_x) of a motion that runs freely.
 
-    x_{k+1} = f(x_k, 0, Δt): nothing but the model drives it. Every sensor reads at every step.
+    x_{k+1} = f(x_k, 0, Δt): nothing but the model drives it. Every sensor reads at every step,
+    but nothing says that the body rests.
     """
     states, no_noise, dt = [x], np.zeros(model.n_w), duration_s / steps
     for _ in range(steps):
         states.append(model.f(states[-1], no_noise, dt).full().ravel())
     readings = [
-        model.stack({sensor.name: sensor.h(x).full().ravel() for sensor in model.sensors})
+        model.stack({s.name: s.h(x).full().ravel() for s in model.sensors if s.rest is None})
         for x in states
     ]
     times = dt * np.arange(steps + 1)

@@ -200,7 +200,8 @@ class Recording:
         """Return what the model's sensors measured, all instants at once.
 
         A sensor with a constant reading of its own (the writing area) speaks at
-        the first instant of each of its periods.
+        the first instant of each of its periods. Rest, which estimators find themselves, has
+        the readings that it has here, or none.
 
         Returns
         -------
@@ -213,7 +214,8 @@ class Recording:
             If the recording lacks one of the model's sensors, or one has another number
             of columns.
         """
-        for sensor in model.measured_sensors:
+        own = [s for s in model.sensors if s.rest is not None and s.name in self.readings]
+        for sensor in (*model.measured_sensors, *own):
             width = self.readings[sensor.name].shape[1] if sensor.name in self.readings else None
             if width is None:
                 self.sensor(sensor.name)
@@ -229,10 +231,10 @@ class Recording:
         start = 0
         for sensor in model.sensors:
             columns = slice(start, start + sensor.n_y)
-            if sensor.constant_reading is None:
-                y[:, columns] = self.readings[sensor.name]
-            else:
+            if sensor.constant_reading is not None:
                 y[sensor.first_of_each_period(self.time_s), columns] = constant[columns]
+            elif sensor.name in self.readings:  # rest, where an IMU tells it
+                y[:, columns] = self.readings[sensor.name]
             start += sensor.n_y
         return np.asarray(self.time_s, dtype=float), y
 

@@ -12,6 +12,7 @@ from estimation.estimator import first_state
 from estimation.kalman_stage import rows_present, without_gaps
 from estimation.layout import Layout
 from estimation.recording import Measurement
+from estimation.rest import rest_blocks
 from mhe import constraint_rows
 from mhe.arrival_cost import diffuse
 from mhe.config import WindowConfig
@@ -64,6 +65,7 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
             "prior_deviation": (n_x,),
             "newest_mean": (n_x,),
             "newest_covariance": (n_x, n_x),
+            **rest_blocks(model),
         },
     )
 

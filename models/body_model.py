@@ -8,6 +8,7 @@ states that these ask for.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -83,6 +84,31 @@ def choose_sensors(
     if len(set(names)) < len(names):
         raise InputError(f"sensors {', '.join(names)}: a name appears twice, expected each once")
     return {name: available[name] for name in names}
+
+
+def rest_of(available: Mapping[str, Any], chosen: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the sensor of rest that goes with a choice of sensors, by name; {} where none does.
+
+    The first that is detected, where a gyroscope is among the chosen and none of rest is.
+    """
+    if any(sensor.is_rest for sensor in chosen.values()):
+        return {}
+    if not any(sensor.reads_rate for sensor in chosen.values()):
+        return {}
+    found = ((name, sensor) for name, sensor in available.items() if sensor.makes_readings)
+    return dict(itertools.islice(found, 1))
+
+
+def check_rest(chosen: Mapping[str, Any], of: str) -> None:
+    """Raise `InputError` unless detected rest has a gyroscope to be found from, and is one."""
+    names = [name for name, sensor in chosen.items() if sensor.makes_readings]
+    if len(names) > 1:
+        raise InputError(f"{of}: sensors {', '.join(names)} detect rest, expected one at most")
+    if names and not any(sensor.reads_rate for sensor in chosen.values()):
+        raise InputError(
+            f"{of}: sensor {names[0]} has no gyroscope to detect rest from, "
+            "expected one among the sensors"
+        )
 
 
 def body_model(

@@ -46,6 +46,8 @@ class Chain:
     rate : λ, 1/s; larger forgets sooner. 0 where g is a polynomial: white jerk
     density : √S, unit of the jerk per √Hz; larger follows faster motions and smooths less
     stationary_std : of (p, v, a) after a long time, infinite where nothing bounds them
+
+    Rate and density may be symbols, see `pen_mhe.tuning.levels`.
     """
 
     g: PolyExp
@@ -56,7 +58,7 @@ class Chain:
 
     def transition(self, dt: ca.SX) -> ca.SX:
         """Return F (3, 3) over `dt` seconds."""
-        if not self.rate:
+        if not any(self.last_row):
             return constant_acceleration(dt)
         x, (_, c1, c2) = self.rate * dt, self.last_row
         third = self._response
@@ -75,7 +77,7 @@ class Chain:
 
     def factor(self, dt: ca.SX) -> ca.SX:
         """Return √S G (3, 3), a lower triangle with Q = (√S G)(√S G)ᵀ, over `dt` seconds."""
-        if not self.rate:
+        if not any(self.last_row):
             return white_jerk_factor(dt) * self.density
         x = self.rate * dt
         is_small = x <= LARGEST_BY_SERIES
@@ -139,7 +141,7 @@ def bounded_velocity(speed_std: float, correlation_time_s: float) -> Chain:
         PolyExp({(0, 0): 1.0, (0, 1): -1.0, (1, 1): -1.0}),
         (0.0, 1.0, 2.0),
         rate,
-        2 * rate * math.sqrt(rate) * speed_std,
+        2 * rate * ca.sqrt(rate) * speed_std,
         (math.inf, speed_std, rate * speed_std),
     )
 

@@ -38,7 +38,7 @@ def free_kinematics(
         x=x,
         names=names,
         units=units,
-        step=lambda x, w, dt: free_pen.step(x, w, dt, tip, turning, motion.tip.centre_m),
+        step=lambda x, w, dt: free_pen.step(x, w, dt, tip, turning, centre_m=motion.tip.centre_m),
         retract=free_pen.retract,
         difference=free_pen.difference,
         mean=mean,

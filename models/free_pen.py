@@ -89,6 +89,7 @@ def step(
     dt: ca.SX,
     tip: Chain,
     turning: Chain,
+    *,
     centre_m: Vector3 = (0.0, 0.0, 0.0),
 ) -> ca.SX:
     """Return the 18 states after `dt` seconds with unit noises w (18,).

@@ -14,7 +14,7 @@ A pen file of pen-mhe 0.1 has ``[process_noise]`` in its place: white jerk for b
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -134,6 +134,10 @@ OLD_KEY = "process_noise"
 """The table of a pen file that `Motion` replaces; read with a warning in 0.2."""
 
 
+_OLD_PREFIX = {"tip": "tip_", "attitude": "angle_"}
+"""Part of a motion → how its keys began in `OLD_KEY`."""
+
+
 def white_jerk_motion(tip: float, attitude: float) -> Motion:
     """Return white jerk for both, of densities in m/s³ and rad/s³ per √Hz."""
     return Motion(
@@ -154,15 +158,13 @@ def with_motion(data: Mapping[str, Any]) -> dict[str, Any]:
         raise ValueError("process_noise and motion say the same thing, expected motion alone")
     if not isinstance(data[OLD_KEY], Mapping):
         raise ValueError("process_noise: expected a table, or [motion] in its place")
-    of_tip: dict[str, Any] = {}
-    of_attitude: dict[str, Any] = {}
+    jerk: dict[str, dict[str, Any]] = {part: {"chain": "white_jerk"} for part in _OLD_PREFIX}
     for key, value in data[OLD_KEY].items():
-        stem = key.removeprefix("angle_").removeprefix("tip_")
-        (of_attitude if key.startswith("angle_") else of_tip)[stem] = value
-    renewed["motion"] = {
-        "tip": {"chain": "white_jerk", **of_tip},
-        "attitude": {"chain": "white_jerk", **of_attitude},
-    }
+        part = next((p for p, prefix in _OLD_PREFIX.items() if key.startswith(prefix)), None)
+        if part is None:
+            raise ValueError(f"{OLD_KEY}: unknown key {key}; expected [motion] in its place")
+        jerk[part][key.removeprefix(_OLD_PREFIX[part])] = value
+    renewed["motion"] = jerk
     lines = "".join(
         f"\n[motion.{part}]\n"
         + "\n".join(f"{key} = {_toml(value)}" for key, value in table.items())
@@ -174,6 +176,13 @@ def with_motion(data: Mapping[str, Any]) -> dict[str, Any]:
         stacklevel=2,
     )
     return renewed
+
+
+def keys_of_file(keys: Sequence[str], data: Mapping[str, Any]) -> list[str]:
+    """Return where a key of a motion (motion, tip, …) stands in the file that said it."""
+    if OLD_KEY not in data or "motion" in data or len(keys) < 2:
+        return list(keys)
+    return [OLD_KEY, *(_OLD_PREFIX[keys[1]] + key for key in keys[2:])]
 
 
 def _toml(value: Any) -> str:

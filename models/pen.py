@@ -24,7 +24,7 @@ import casadi as ca
 import numpy as np
 
 from models.arrays import Array
-from models.body_model import Kinematics, body_model, choose_sensors
+from models.body_model import Kinematics, body_model, check_rest, choose_sensors, rest_of
 from models.euler_pen import euler_body, euler_kinematics, tip_std
 from models.free_kinematics import free_kinematics
 from models.free_pen import N_FREE, FreeBody
@@ -40,7 +40,11 @@ from models.state_space import StateSpaceModel
 
 
 def pen_model(
-    pen: AnyPen, sensors: Iterable[str] | None = None, *, writing_area: bool = True
+    pen: AnyPen,
+    sensors: Iterable[str] | None = None,
+    *,
+    writing_area: bool = True,
+    rest: bool = True,
 ) -> StateSpaceModel:
     """Build the state-space model of a pen with some or all of its sensors.
 
@@ -50,19 +54,24 @@ def pen_model(
     sensors : names from the pen file, in the order to stack them; None takes all
     writing_area : adds the pen's writing area where none of the sensors sees a position;
         False takes the sensors as they are, so position and tilt may drift without bound
+    rest : adds the pen's sensor of rest, where its file has one, to a gyroscope; False takes
+        the sensors as they are, so a still pen gains false confidence
 
     Raises
     ------
     InputError
-        If a sensor or a bound is unknown; the message lists the known names.
+        If a sensor or a bound is unknown, or rest has no gyroscope; the message lists what is.
     """
     config = as_pen(pen)
     chosen = choose_sensors(config.sensors, sensors, f"pen {config.name}")
     has_camera = any(sensor.sees_pose for sensor in chosen.values())
     if writing_area and not any(sensor.sees_position for sensor in chosen.values()):
         chosen |= _writing_area(config)
+    if rest:
+        chosen |= rest_of(config.sensors, chosen)
+    check_rest(chosen, f"pen {config.name}")
     is_free = config.degrees_of_freedom == 6
-    kinematics, body = (_free_pen if is_free else _paper_pen)(config, has_camera)
+    kinematics, body = pen_kinematics(config, has_camera=has_camera)
     moving = MovingBody(body, config.gravity_m_s2, has_spin=is_free)
     name = f"{config.name}, {config.degrees_of_freedom} degrees of freedom"
     model = body_model(name, kinematics, moving, chosen)
@@ -80,6 +89,16 @@ def pen_model(
     return model if config.paper is None else above_paper(model, config.paper)
 
 
+def pen_kinematics(config: PenConfig, *, has_camera: bool) -> tuple[Kinematics, Body]:
+    """Return the states of a pen without its sensors, and its body in their symbols.
+
+    Parameters
+    ----------
+    has_camera : see `models.euler_pen.tip_std`
+    """
+    return (_free_pen if config.degrees_of_freedom == 6 else _paper_pen)(config, has_camera)
+
+
 def _free_pen(config: PenConfig, has_camera: bool) -> tuple[Kinematics, Body]:
     x = ca.SX.sym("x", N_FREE)
     first = tip_std(config.motion, config.prior, has_camera=has_camera)
@@ -92,7 +111,7 @@ def _paper_pen(config: PenConfig, has_camera: bool) -> tuple[Kinematics, Body]:
     kinematics = euler_kinematics(
         q, q_dot, q_ddot, config.motion, config.prior, has_camera=has_camera
     )
-    rigid = euler_body(q, q_dot, q_ddot, config.fixed_spin_rad)
+    rigid = euler_body(q, q_dot, q_ddot, fixed_spin_rad=config.fixed_spin_rad)
     errors = config.printed_errors
     return kinematics, PrintedBody(rigid, errors) if errors else rigid
 

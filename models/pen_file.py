@@ -8,6 +8,7 @@ read; without the key a file is taken as one of the version that runs.
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -18,7 +19,7 @@ from pydantic import ValidationError
 from models.bundled import bundled_pens as bundled_pens  # people look for it here
 from models.config import UnitConfig
 from models.errors import InputError
-from models.motion import CHAINS
+from models.motion import CHAINS, keys_of_file
 from models.names import did_you_mean, expected_one_of
 from models.pen_config import PenConfig
 from models.sensor_kinds.table import SENSOR_KINDS
@@ -89,7 +90,7 @@ def parse_config(data: dict[str, Any], config: type[ConfigT], where: str) -> Con
     try:
         return config.model_validate({**data, "sensors": resolved})
     except ValidationError as error:
-        raise InputError(_one_sentence(error, where)) from None
+        raise InputError(_one_sentence(error, where, data)) from None
 
 
 def _with_preset(name: str, sensor: Any, where: str) -> Any:
@@ -111,18 +112,20 @@ def _with_preset(name: str, sensor: Any, where: str) -> Any:
     return {**kept, **own}
 
 
-def _one_sentence(error: ValidationError, where: str) -> str:
+def _one_sentence(error: ValidationError, where: str, data: Mapping[str, Any]) -> str:
     first = error.errors(include_url=False, include_context=False)[0]
     # A discriminated union adds the kind to the location: it is not a key.
     loc = first["loc"]
     tagged = loc[:1] in (("sensors",), ("motion",))
     keys = [str(part) for i, part in enumerate(loc) if not tagged or i != 2]
+    if loc[:1] == ("motion",):
+        keys = keys_of_file(keys, data)
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "missing":
         message = "is missing"
     if first["type"].startswith("union_tag"):
-        of_chains = {part: ("chain", names) for part, names in CHAINS.items()}
-        tag, known = of_chains.get(str(loc[1]), ("kind", tuple(SENSOR_KINDS)))
+        is_chain = loc[0] == "motion"
+        tag, known = ("chain", CHAINS[str(loc[1])]) if is_chain else ("kind", tuple(SENSOR_KINDS))
         if first["type"] == "union_tag_not_found":
             keys.append(tag)
             message = f"is missing, expected one of {', '.join(known)}"

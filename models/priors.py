@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import casadi as ca
+import numpy as np
+
+from models import attitude
+from models.arrays import Array
+from models.errors import InputError
+from models.free_pen import SIGMA, STATES
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
@@ -18,10 +25,42 @@ def replaced_prior(model: StateSpaceModel, means: Mapping[str, float], std: floa
     means : state name → mean, in its unit
     std : standard deviation of each of them
     """
-    mean, covariance = model.prior.mean.copy(), model.prior.covariance.copy()
+    mean = model.prior.mean.copy()
     index = [model.state_names.index(name) for name in means]
     mean[index] = list(means.values())
+    return _independent(model, mean, index, std)
+
+
+def replaced_attitude(model: StateSpaceModel, rotation: Array, std: float) -> GaussianState:
+    """Return a free pen's prior with another attitude, known equally well about every axis.
+
+    Other states keep theirs; the attitude becomes independent of them.
+
+    Parameters
+    ----------
+    rotation : (3, 3) body to world
+    std : standard deviation of a turn about an axis, rad
+
+    Raises
+    ------
+    InputError
+        If the model is none of a free pen.
+    """
+    names = [name for name, _ in STATES[SIGMA]]
+    if model.state_names[SIGMA] != tuple(names):
+        raise InputError(
+            f"model {model.name} has no attitude, expected a pen with 6 degrees of freedom"
+        )
+    mean = model.prior.mean.copy()
+    mean[SIGMA] = ca.evalf(attitude.from_matrix(ca.SX(ca.DM(rotation)))).full().ravel()
+    return _independent(model, mean, [model.state_names.index(name) for name in names], std)
+
+
+def _independent(
+    model: StateSpaceModel, mean: Array, index: list[int], std: float
+) -> GaussianState:
+    covariance = model.prior.covariance.copy()
     covariance[index, :] = 0.0
     covariance[:, index] = 0.0
     covariance[index, index] = std**2
-    return GaussianState(mean, covariance)
+    return GaussianState(mean, np.asarray(covariance))

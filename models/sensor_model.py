@@ -22,6 +22,22 @@ def quantiser_variance(resolution: float) -> float:
     return resolution**2 / 12
 
 
+@dataclass(frozen=True)
+class RestRule:
+    """When inertial readings say that a body rests; see `models.sensor_kinds.rest.Rest`.
+
+    Parameters
+    ----------
+    window_s : how long it must have been still, s
+    spread_factor : by how many times its noise a reading may spread
+    largest_bias_rad_s : largest mean rate that may be bias; None follows from the prior's biases
+    """
+
+    window_s: float
+    spread_factor: float
+    largest_bias_rad_s: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class SensorModel:
     """One sensor as the estimators see it.
@@ -45,7 +61,11 @@ class SensorModel:
     dropout_fraction : see `models.sensor_kinds.mounted.SensorBase`
     bias_states : names of the model's states that are this sensor's biases
     bias_walk : density of their random walk, the reading's unit per √s
-    sees_pose : see `models.sensor_kinds.mounted.SensorBase`
+    sees_pose, feels_gravity, reads_rate : see `models.sensor_kinds.mounted.SensorBase`
+    is_derived : whether its readings follow from those of others: they bring no noise of their
+        own, and consistency leaves them out
+    rest : of a sensor whose readings an estimator makes itself, zero while the body rests; None
+        for others
     """
 
     name: str
@@ -66,6 +86,20 @@ class SensorModel:
     bias_states: tuple[str, ...] = ()
     bias_walk: float = 0.0
     sees_pose: bool = False
+    feels_gravity: bool = False
+    reads_rate: bool = False
+    is_derived: bool = False
+    rest: RestRule | None = None
+
+    @property
+    def has_readings(self) -> bool:
+        """Whether it has readings of its own, that somebody must give."""
+        return self.constant_reading is None and self.rest is None
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether its rows are news with noise of their own."""
+        return self.has_readings and not self.is_derived
 
     @property
     def n_y(self) -> int:

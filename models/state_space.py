@@ -148,9 +148,9 @@ class StateSpaceModel:
 
     @cached_property
     def measured_rows(self) -> NDArray[np.bool_]:
-        """(n_r,) which rows of the stacked residual come from readings, not from a constant."""
+        """(n_r,) which rows come from readings: not of a constant, nor what others say (rest)."""
         return np.concatenate(
-            [np.zeros(0, bool)] + [np.full(s.n_r, s.constant_reading is None) for s in self.sensors]
+            [np.zeros(0, bool)] + [np.full(s.n_r, s.is_measured) for s in self.sensors]
         )
 
     @cached_property
@@ -160,8 +160,8 @@ class StateSpaceModel:
 
     @property
     def measured_sensors(self) -> tuple[SensorModel, ...]:
-        """The sensors that have readings of their own; not the writing area."""
-        return tuple(s for s in self.sensors if s.constant_reading is None)
+        """The sensors that have readings of their own; not the writing area, nor detected rest."""
+        return tuple(s for s in self.sensors if s.has_readings)
 
     def sensor(self, name: str) -> SensorModel:
         """Return a sensor by name; raises `InputError` for an unknown one."""
@@ -207,7 +207,7 @@ class StateSpaceModel:
             If a name is unknown, a bound is empty, or no state meets them all.
         """
         lower, upper = self.lower.copy(), self.upper.copy()
-        rows = split_bounds(self.name, bounds, self.state_names, self.outputs, lower, upper)
+        rows = split_bounds(self, bounds, lower=lower, upper=upper)
         model = feasible(self.replace(lower=lower, upper=upper))
         for row in rows:
             model = model.constrained(row)

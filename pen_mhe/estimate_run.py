@@ -35,6 +35,23 @@ def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
     return tuple(name for name in pen.sensors if name in recording.readings)
 
 
+def with_told_rest(
+    pen: PenConfig, recording: Recording, sensors: Sequence[str]
+) -> tuple[PenConfig, tuple[str, ...]]:
+    """Return pen and sensors with rest as the recording tells it; as they are where it does not.
+
+    The pen's sensor of rest is then read instead of detected, and goes with any gyroscope.
+    """
+    told = {
+        name: sensor.model_copy(update={"is_detected": False})
+        for name, sensor in pen.sensors.items()
+        if sensor.makes_readings and name in recording.readings
+    }
+    has_rate = any(pen.sensors[name].reads_rate for name in sensors if name in pen.sensors)
+    more = [name for name in told if has_rate and name not in sensors]
+    return pen.model_copy(update={"sensors": {**pen.sensors, **told}}), (*sensors, *more)
+
+
 def estimate_recording(
     loaded: WrittenRecording,
     pen: PenConfig,
@@ -46,6 +63,7 @@ def estimate_recording(
     duration_s: float | None = None,
     on_start: Callable[[int], Callable[[int], None]] | None = None,
     writing_area: bool = True,
+    rest: bool = True,
 ) -> EstimateRun:
     """Estimate a recording and compare with whatever reference it brings.
 
@@ -57,7 +75,8 @@ def estimate_recording(
     thinning : use fewer camera frames
     duration_s : use only the first seconds
     on_start : called with the number of steps; returns what is called as they are made
-    writing_area : see `models.pen.pen_model`
+    writing_area, rest : see `models.pen.pen_model`; a recording that has readings of the pen's
+        sensor of rest (zero where an IMU says that it does not move) tells it instead
 
     Raises
     ------
@@ -65,7 +84,12 @@ def estimate_recording(
         If no chosen sensor has readings of its own, or a name or number makes no sense.
     """
     recording = loaded.recording
-    model = pen_model(pen, sensors or default_sensors(pen, recording), writing_area=writing_area)
+    chosen = tuple(sensors or default_sensors(pen, recording))
+    if rest:
+        pen, chosen = with_told_rest(pen, recording, chosen)
+    elif sensors is None:
+        chosen = tuple(name for name in chosen if not pen.sensors[name].is_rest)
+    model = pen_model(pen, chosen, writing_area=writing_area, rest=rest)
     measured = [sensor.name for sensor in model.measured_sensors]
     if not measured:
         raise InputError(
@@ -108,6 +132,7 @@ def estimate(
     thinning: CameraThinning | None = None,
     duration_s: float | None = None,
     writing_area: bool = True,
+    rest: bool = True,
     **settings: Any,
 ) -> EstimateRun:
     """Estimate a recording in one call, and judge it by whatever reference it brings.
@@ -121,7 +146,7 @@ def estimate(
     estimator : one of `pen_mhe.estimators.ESTIMATORS`
     units : of a file's columns, see `recordings.read.read_written`
     thinning, duration_s : see `estimate_recording`
-    writing_area : see `models.pen.pen_model`
+    writing_area, rest : see `estimate_recording`
     settings : of the estimator, see `pen_mhe.estimators.create_estimator`
 
     Raises
@@ -147,6 +172,7 @@ def estimate(
         thinning=thinning,
         duration_s=duration_s,
         writing_area=writing_area,
+        rest=rest,
     )
 
 
@@ -164,7 +190,7 @@ def _true_rms(
     }
     errors = state_errors(model, history, truth)
     rms = root_mean_square(history.names, errors, known)
-    if not _has_nees(model, recording):
+    if np.isnan(truth.states(model.state_names, recording.time_s)).any():
         return dict(rms)
     return seen_only(model, rms, judge(model, recording))
 

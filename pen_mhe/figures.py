@@ -77,11 +77,15 @@ def _draw_angle(axes: Axes, history: EstimateHistory, state: str, truth: Truth |
     value = np.degrees(np.unwrap(history.column(state)))
     band = 2 * np.degrees(history.std_of(state))
     # The first instants are as wide as the prior and would hide the rest.
-    settled = value[len(value) // 10 :]
-    margin = 5 + 0.1 * np.ptp(settled)
+    shown = [value[len(value) // 10 :]]
     axes.fill_between(history.time_s, value - band, value + band, alpha=0.3, label="± 2 σ")
     axes.plot(history.time_s, value, linewidth=0.8, label="estimate")
     if truth is not None and state in truth.names:
-        true = np.degrees(truth.values[:, truth.names.index(state)])
+        true = np.degrees(np.unwrap(truth.values[:, truth.names.index(state)]))
+        near = np.interp(history.time_s[-1], truth.time_s, true)  # whole turns say nothing
+        true += 360 * np.round((value[-1] - near) / 360)
         axes.plot(truth.time_s, true, **TRUTH_STYLE)
-    axes.set_ylim(settled.min() - margin, settled.max() + margin)
+        shown.append(true)
+    low, high = min(part.min() for part in shown), max(part.max() for part in shown)
+    margin = 5 + 0.1 * (high - low)
+    axes.set_ylim(low - margin, high + margin)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,11 +20,12 @@ SMALLEST_CORRELATION_EIGENVALUE = -1e-10
 def check_model(model: StateSpaceModel, rng: np.random.Generator) -> None:
     """Shapes, units, manifold and finiteness of a model."""
     assert len(set(model.state_names)) == model.n_x
-    for name in model.state_names:
-        stem, unit = split_unit(name)
-        assert unit in UNITS, f"{name} ends in no unit"
-        assert stem
-    x = model.prior.mean + model.prior.std * rng.standard_normal(model.n_x)
+    check_names(model.state_names, model.state_units)
+    if model.outputs is not None:
+        check_names(model.outputs.names, model.outputs.units)
+        assert len(set(model.outputs.names)) == len(model.outputs.names)
+    start = model.retract(model.prior.mean, model.prior.std * rng.standard_normal(model.n_x))
+    x = np.asarray(start).ravel()
     w = rng.standard_normal(model.n_w)
     assert np.asarray(model.f(x, w, 0.01)).shape == (model.n_x, 1)
     still = np.asarray(model.f(x, w, 0.0)).ravel()
@@ -41,6 +43,17 @@ def check_model(model: StateSpaceModel, rng: np.random.Generator) -> None:
         assert (sensor.noise_std > 0).all()
 
 
+def check_names(names: Sequence[str], units: Sequence[str]) -> None:
+    """A name ends in its unit; one of a pure number has none."""
+    for name, of_name in zip(names, units, strict=True):
+        stem, unit = split_unit(name)
+        assert stem
+        if of_name == "1":
+            assert not unit, f"{name} is a pure number and ends in {unit}"
+        else:
+            assert unit in UNITS, f"{name} ends in no unit"
+
+
 def check_history(model: StateSpaceModel, history: EstimateHistory, n_steps: int) -> None:
     """Shapes, no NaN, positive covariances, a status with a sentence for every step."""
     n_x, n_r = model.n_x, model.n_r
@@ -55,8 +68,12 @@ def check_history(model: StateSpaceModel, history: EstimateHistory, n_steps: int
     assert np.linalg.eigvalsh(correlation).min() >= SMALLEST_CORRELATION_EIGENVALUE
     for status in history.status:
         assert status.sentence.endswith(".")
+    names = model.state_names if model.outputs is None else model.outputs.names
+    assert history.names == names
+    assert history.values.shape == history.values_std.shape == (n_steps, len(names))
+    assert (history.values_std >= 0).all()
     table = history.to_pandas()
-    expected = ["time_s", *model.state_names, *(f"{name}_std" for name in model.state_names)]
+    expected = ["time_s", *names, *(f"{name}_std" for name in names)]
     assert list(table.columns) == [*expected, "status", "iterations", "step_time_s"]
     assert not table.isna().to_numpy().any()
 

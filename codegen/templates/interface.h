@@ -17,6 +17,8 @@ typedef @real @{prefix}_real;
 /* States, as in `mean` and in rows and columns of `covariance`. */
 @states
 
+@derived
+
 /* Readings of a measurement; NaN where there is none. */
 @readings
 

@@ -16,7 +16,6 @@
 /* Headers of a recording, what they give, and the factor to SI. */
 static const struct { const char *header; int reading; double factor; } columns[] = @columns;
 static const char *const readings[] = @readings;
-static const char *const states[] = @states;
 static const struct { unsigned bit; const char *label; } statuses[] = @statuses;
 
 static char line[LONGEST_LINE];
@@ -24,6 +23,16 @@ static int reading_of[MOST_CELLS];
 static double factor_of[MOST_CELLS];
 static @{prefix}_state state;
 static @{prefix}_estimate estimate;
+
+/* What people read: where it stands, and its standard deviation, or the square of that. */
+#define STATE(at) &estimate.mean[at], &estimate.covariance[(at) * (@{PREFIX}_N_X + 1)], 1
+#define DERIVED(at) &estimate.derived[at], &estimate.derived_std[at], 0
+static const struct {
+    const char *name;
+    const @{prefix}_real *value, *spread;
+    int squared;
+} shown[] = @shown;
+static const size_t n_shown = sizeof shown / sizeof *shown;
 
 static int fail(const char *path, long row, const char *column, const char *what)
 {
@@ -93,18 +102,19 @@ static int read_row(const char *path, long row, int n, double *time_s, @{prefix}
 static void write_header(FILE *output)
 {
     fputs("time_s", output);
-    for (int i = 0; i < @{PREFIX}_N_X; i++) fprintf(output, ",%s", states[i]);
-    for (int i = 0; i < @{PREFIX}_N_X; i++) fprintf(output, ",%s_std", states[i]);
+    for (size_t i = 0; i < n_shown; i++) fprintf(output, ",%s", shown[i].name);
+    for (size_t i = 0; i < n_shown; i++) fprintf(output, ",%s_std", shown[i].name);
     fputs(",status,iterations,step_time_s\n", output);
 }
 
 static void write_estimate(FILE *output)
 {
     fprintf(output, "%.@{time_digits}f", estimate.time_s);
-    for (int i = 0; i < @{PREFIX}_N_X; i++)
-        fprintf(output, ",%.@{digits}g", (double)estimate.mean[i]);
-    for (int i = 0; i < @{PREFIX}_N_X; i++)
-        fprintf(output, ",%.@{digits}g", sqrt((double)estimate.covariance[i * (@{PREFIX}_N_X + 1)]));
+    for (size_t i = 0; i < n_shown; i++) fprintf(output, ",%.@{digits}g", (double)*shown[i].value);
+    for (size_t i = 0; i < n_shown; i++) {
+        const double spread = (double)*shown[i].spread;
+        fprintf(output, ",%.@{digits}g", shown[i].squared ? sqrt(spread) : spread);
+    }
     char separator = ',';
     for (size_t i = 0; i < sizeof statuses / sizeof *statuses; i++) {
         if (!(estimate.status & statuses[i].bit)) continue;

@@ -13,6 +13,7 @@ import numpy as np
 from estimation.engine import CompiledEngine, Loop
 from estimation.kalman_stage import stage_functions
 from estimation.layout import Layout
+from estimation.rest import rest_constants, rest_fields
 from mhe import constraint_rows
 from mhe.arrival_cost import ARRIVAL_COSTS, RELINEARISATION_LIMIT
 from mhe.config import Clock, RealTimeConfig
@@ -96,12 +97,14 @@ def window_loop(
             "deadline": float(np.inf if config.deadline_s is None else config.deadline_s),
             "clock": ctypes.c_void_p(clock),
             "nothing": np.full(model.n_y, np.nan),
+            **rest_fields(model),
         },
         constants={
             **{f"ARRIVAL_{name}": i for i, name in enumerate(ARRIVAL_COSTS)},
             **(DESCENT if parts["CONVERGES"] else {}),
             **ACTIVE_SET,
             "SETTLED": SETTLED,
+            **rest_constants(model),
             **{part: int(is_in) for part, is_in in parts.items()},
         },
     )

@@ -233,7 +233,14 @@ void window_step(void *self, const real *given, real *memory, real time, const r
         copy(memory, given, at->size);
         report_late(&s->model, &s->result, result, given[at->times + before - 1],
                     given + at->newest_mean, given + at->newest_covariance);
-    } else if (attempt(s, given, memory, time, y, start, result) & STATUS_NOT_FINITE) {
+        result[s->result.step_time_s] = (real)(now(s) - start);
+        return;
+    }
+#if RESTS
+    const real dt = before > 0 ? time - given[at->times + before - 1] : 0;
+    y = with_rest(&s->model, &s->rest, at, given, memory, dt, y);
+#endif
+    if (attempt(s, given, memory, time, y, start, result) & STATUS_NOT_FINITE) {
         /* A reading so far off that its square overflows would spoil the window for N
          * steps: the instant stays, its readings go. */
         integer status = attempt(s, given, memory, time, s->nothing, start, result);

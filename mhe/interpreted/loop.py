@@ -11,6 +11,7 @@ from estimation.estimator import remarks
 from estimation.kalman_stage import Update
 from estimation.layout import Layout
 from estimation.outputs import derived_outputs
+from estimation.rest_detector import RestDetector
 from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
 from mhe.config import Clock, RealTimeConfig
@@ -66,7 +67,7 @@ class InterpretedWindow:
         self.memory, self.result = memory, result_layout(model)
         self._derived = derived_outputs(model)
         self._model, self._config, self._scheme = model, config, config.scheme
-        self._pass = WindowPass(model, config)
+        self._pass, self._rest = WindowPass(model, config), RestDetector(model)
         self._slider = WindowSlider(model, config, memory, self._pass)
         self._reuse = reuse_threshold(model, config)
         self._deadline = Deadline(config.deadline_s, clock or time.perf_counter)
@@ -83,12 +84,15 @@ class InterpretedWindow:
                 self.result, self._derived, newest_s, window.newest, None, Status.LATE, iterations=0
             )
             return given.copy(), late
+        dt = time_s - float(window.times[-1]) if len(window.times) else 0.0
+        rest, y = self._rest.step(self._rest.part(self.memory, given), dt, y)
         memory, result, status = self._attempt(given, time_s, y)
         if Status.NOT_FINITE in status:
             nothing = np.full(self._model.n_y, np.nan)
             memory, result, status = self._attempt(given, time_s, nothing)
             status = status & ~Status.NO_READING | Status.NOT_FINITE
             self.result.view(result, "status")[...] = status.value
+        self._rest.part(self.memory, memory)[:] = rest
         self.result.view(result, "step_time_s")[...] = self._deadline.passed_s
         return memory, result
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -14,6 +14,7 @@ from estimation.estimate import Estimate, Window
 from estimation.estimator import first_state, late_estimate, remarks
 from estimation.kalman_stage import KalmanStage, Update
 from estimation.recording import Measurement
+from estimation.rest_detector import RestDetector
 from estimation.settings import checked_config
 from estimation.status import Status
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse
@@ -52,6 +53,7 @@ class MheState:
     predictions : per stage, (n_x,): x_k|k-1 when it was the newest
     trajectory : the last solution; None before the first measurement
     newest : the last estimate, or the prior before the first measurement
+    rest : what the detector of rest remembers, see `estimation.rest.rest_blocks`
     """
 
     prior: GaussianState
@@ -59,6 +61,7 @@ class MheState:
     predictions: tuple[Array, ...]
     trajectory: Trajectory | None
     newest: GaussianState
+    rest: Array = field(default_factory=lambda: np.zeros(0))
 
 
 class MheIpopt:
@@ -80,6 +83,7 @@ class MheIpopt:
         self.model = model
         self.config = checked_config(self.name, config, MheIpoptConfig)
         self._stage, self._weights = KalmanStage(model), Weights(model, self.config)
+        self._rest = RestDetector(model)
         self._problem = WindowProblem.build(model, self.config)
         self._solver = ca.nlpsol("mhe", "ipopt", self._problem.nlp, self._solver_options())
 
@@ -88,13 +92,16 @@ class MheIpopt:
         prior = first_state(self.model, prior)
         if self.config.arrival_cost == "none":
             prior = diffuse(prior)
-        return MheState(prior, (), (), None, prior)
+        return MheState(prior, (), (), None, prior, self._rest.first())
 
     def step(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
         """Slide the window onto the measurement and solve it."""
         if state.measurements and measurement.time_s < state.measurements[-1].time_s:
             newest_s = state.measurements[-1].time_s
             return state, late_estimate(self.model, newest_s, state.newest)
+        dt = measurement.time_s - state.measurements[-1].time_s if state.measurements else 0.0
+        rest, y = self._rest.step(state.rest, dt, measurement.y)
+        state, measurement = replace(state, rest=rest), replace(measurement, y=y)
         window, estimate = self._attempt(state, measurement)
         if Status.NOT_FINITE not in estimate.status:
             return window, estimate
@@ -141,7 +148,8 @@ class MheIpopt:
         if state.trajectory is None:
             guess = Trajectory(state.prior.mean[None, :], np.zeros((0, model.n_w)))
             predicted = state.prior.mean
-            return MheState(state.prior, (measurement,), (predicted,), None, state.newest), guess
+            first = replace(state, measurements=(measurement,), predictions=(predicted,))
+            return first, guess
         dt = measurement.time_s - state.measurements[-1].time_s
         no_noise = np.zeros(model.n_w)
         predicted = np.asarray(model.f(state.trajectory.states[-1], no_noise, dt)).ravel()
@@ -161,7 +169,8 @@ class MheIpopt:
             prior = carry(self._stage, slide)
             measurements, predictions = measurements[1:], predictions[1:]
             guess = Trajectory(guess.states[1:], guess.noises[1:])
-        return MheState(prior, measurements, predictions, None, state.newest), guess
+        moved = MheState(prior, measurements, predictions, None, state.newest, state.rest)
+        return moved, guess
 
     def _solve(self, window: MheState, guess: Trajectory) -> tuple[Trajectory, Status, int]:
         problem = self._problem

@@ -17,6 +17,7 @@ import numpy as np
 from estimation.function_call import FunctionCall
 from estimation.kalman_stage import KalmanStage, difference_function
 from mhe.constraint_rows import constrain_function
+from mhe.stage_functions import carry_function
 from mhe.window_memory import Scales
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -74,20 +75,40 @@ class Lineariser:
         self.model, self.stage = model, KalmanStage(model)
         self._difference = FunctionCall(difference_function(model))
         self._constrain = FunctionCall(constrain_function(model))
+        carry = carry_function(model)
+        self._carry = None if carry is None else FunctionCall(carry)
 
     def difference(self, x: Array, origin: Array) -> Array:
         """Return x ⊟ origin (n_x,)."""
         return self._difference(x, origin)[0]
 
+    def carried(self, prior: GaussianState, d: Array, x: Array) -> tuple[GaussianState, Array]:
+        """Return prior and deviation from it in the tangent space at x = x̄ ⊞ d.
+
+        See `mhe.stage_functions.carry_function`; where states add they are as they were.
+        """
+        if self._carry is None:
+            return prior, d
+        [J] = self._carry(prior.mean, d, x)
+        J = J.reshape(len(d), len(d))
+        return GaussianState(prior.mean, J @ prior.covariance @ J.T), J @ d
+
     @np.errstate(over="ignore", invalid="ignore")  # absurd readings: the status says it
-    def __call__(self, window: WindowStages, scales: Scales) -> Linearised:
-        """Run the Kalman stage over the window with all deviations zero."""
+    def __call__(
+        self, window: WindowStages, scales: Scales, *, prior: GaussianState | None = None
+    ) -> Linearised:
+        """Run the Kalman stage over the window with all deviations zero.
+
+        Parameters
+        ----------
+        prior : of `carried`, for the covariances; the window's own by default
+        """
         model, n = self.model, len(window.times)
         n_x, n_c = model.n_x, int(self._constrain.function.numel_out("g"))
         F, GD = np.zeros((n - 1, n_x, n_x)), np.zeros((n - 1, n_x, model.n_w))
         b, g, C = np.zeros((n - 1, n_x)), np.zeros((n, n_c)), np.zeros((n, n_x, n_c))
         H, v = np.zeros((n, model.n_r, n_x)), np.zeros((n, model.n_r))
-        at_zero, gaussian = np.zeros(n_x), window.prior
+        at_zero, gaussian = np.zeros(n_x), window.prior if prior is None else prior
         for k in range(n):
             if k:
                 dt = float(window.times[k] - window.times[k - 1])

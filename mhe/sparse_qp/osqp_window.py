@@ -10,6 +10,8 @@ D the scales of the noises; all else is that of `estimation.kalman_stage`.
          r_k + σ⁻¹ H S δ̂_k                   = σ⁻¹ residual(y_k, x̃_k)
          ρ Cᵀ S δ̂_k                          ≤ -ρ g(x̃_k)                  where demanded
 
+(On a manifold L̄ and d are carried to the tangent space at x_0, `mhe.stage_functions`.)
+
 Neither P̄ nor the noise's covariance is inverted, and the Hessian is a constant: with
 readings as rows, not as HᵀH, no condition number is squared. (With HᵀH OSQP's optimum of a pen
 with an accelerometer was 1e-3 standard deviations off, with rows it is exact to 1e-12.)
@@ -155,8 +157,9 @@ class OsqpWindow:
                 f"a window of {len(window.times)} stages, expected {self.n_stages}: "
                 "an OsqpWindow is made for one length"
             )
-        linear = self.lineariser(window, scales)
-        L = _factor(window.prior.covariance)
+        prior, d = self.lineariser.carried(window.prior, d, window.x[0])
+        linear = self.lineariser(window, scales, prior=prior)
+        L = _factor(prior.covariance)
         self._rescale(linear.newest)
         qp = ScaledQp(self._pattern, linear, L, d, scales.noises, self._scale)
         if not qp.is_finite:

@@ -40,6 +40,7 @@ class SensorBase(UnitConfig):
     feels_gravity : whether it reads specific force, m/s², along its axes
     reads_rate : whether it reads angular rates, rad/s, about its axes
     reads_touch : whether it reads the height of a plane, and only while the tip touches it
+    is_rest : whether it reads zero angular rate, and only while the body rests
     is_mounted : whether it has a place and an orientation, as a `MountedSensor`
     """
 
@@ -48,6 +49,7 @@ class SensorBase(UnitConfig):
     feels_gravity: ClassVar[bool] = False
     reads_rate: ClassVar[bool] = False
     reads_touch: ClassVar[bool] = False
+    is_rest: ClassVar[bool] = False
     is_mounted: ClassVar[bool] = False
     if TYPE_CHECKING:
         kind: str
@@ -76,6 +78,11 @@ class SensorBase(UnitConfig):
     def place_m(self) -> Vector3 | None:
         """Where the tip is, for a sensor that says so without a reading; None for others."""
         return None
+
+    @property
+    def makes_readings(self) -> bool:
+        """Whether estimators make its readings from those of others, so that nobody gives any."""
+        return False
 
     def bias_states(self, name: str) -> BiasStates:
         """Return the bias states of the sensor of this name; none for most kinds."""

@@ -9,6 +9,7 @@ import casadi as ca
 
 from models.arrays import Array
 from models.kinematics import Body
+from models.sensor_model import RestRule
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class SymbolicReading:
     reading_limit: float | None = None
     resolution: float = 0.0
     touched_height: float | None = None
+    rest: RestRule | None = None
     row_units: tuple[str, ...] | None = None
 
 

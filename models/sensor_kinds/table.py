@@ -15,6 +15,7 @@ from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.mounted import SensorBase
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_kinds.reading import MovingBody
+from models.sensor_kinds.rest import Rest
 from models.sensor_kinds.writing_area import WritingArea
 from models.sensor_model import SensorModel
 
@@ -24,6 +25,7 @@ KINDS: tuple[type[SensorBase], ...] = (
     PoseCamera,
     Contact,
     WritingArea,
+    Rest,
 )
 """A kind of sensor exists, for pen files and everything after them, with its row here."""
 
@@ -75,4 +77,8 @@ def sensor_model(
         bias_states=biases.names,
         bias_walk=biases.walk,
         sees_pose=sensor.sees_pose,
+        feels_gravity=sensor.feels_gravity,
+        reads_rate=sensor.reads_rate,
+        is_derived=sensor.is_rest,
+        rest=reading.rest,
     )

@@ -8,21 +8,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from estimation.recording import Recording
 from models.frozen_mapping import FrozenMapping
-from models.gentle_hand import BY_SPEED
+from models.gentle_hand import at_speed, bounded_writing
 from models.minimum_jerk import MinimumJerk
+from models.motion import Motion, TipWhiteJerk, white_jerk_motion
 from models.motions import motion_named
 from models.names import unknown
 from models.pen import pen_model
-from models.pen_config import PenConfig, Prior, ProcessNoise
+from models.pen_config import PenConfig, Prior
 from models.pen_file import load_pen
 from models.random_streams import seed_sequence, stream
+from models.sensor_kinds.table import Sensor
 from models.state_space import StateSpaceModel
 from recordings.motion_list import DRAWN
 from recordings.simulate_pen import simulate, simulate_model
@@ -35,25 +37,29 @@ STROKE_TIP_STD_MM = (10.0, 10.0, 4.0)
 STROKE_ANGLES_STD_DEG = (8.0, 5.0, 10.0)
 """Of the points: letters, and the turning of a pen that writes."""
 
-RIGHT_START_STD_RAD = 0.1
+RIGHT_START_STD_DEG = 5.0
 """What is told of a start without error."""
 
 
 @dataclass(frozen=True)
 class Knowledge:
-    """What an estimator is told of the hand, the start's elevation aside.
+    """What an estimator is told of the hand, the start's attitude aside.
 
     Parameters
     ----------
     label : for tables
-    prior, process_noise : changes of the pen file's, field → value
-    biases : False: the sensors have none, and the estimator knows
+    prior : changes of the pen file's, field → value
+    motion : in place of the pen file's
+    tip : in place of its tip's alone
+    bias_std_m_s2 : of the accelerometers, in place of the pen file's; 0 leaves no sensor a bias,
+        and the estimator knows
     """
 
     label: str
-    prior: Mapping[str, float]
-    process_noise: Mapping[str, float]
-    biases: bool = True
+    prior: Mapping[str, float] = field(default_factory=FrozenMapping)
+    motion: Motion | None = None
+    tip: TipWhiteJerk | None = None
+    bias_std_m_s2: float | None = None
 
 
 _AT_REST = {
@@ -62,24 +68,24 @@ _AT_REST = {
     "acceleration_std_m_s2": 0.01,
     "angle_acceleration_std_rad_s2": 0.1,
 }
-_GESTURE = {"tip_jerk_density_m_s3_per_sqrt_hz": 2.0, "angle_jerk_density_rad_s3_per_sqrt_hz": 2.0}
-_HELD = {"tip_jerk_density_m_s3_per_sqrt_hz": 0.01}
+_STROKES_MOTION = white_jerk_motion(tip=10.0, attitude=20.0)
+"""Of `FROM_REST`: a hand that is at rest and then is not has no speed that stays."""
 
-
-def _at_own_speed(part: str) -> dict[str, float]:
-    return {field: value for field, (value, _) in BY_SPEED[part].items()}
-
+_HELD = TipWhiteJerk(jerk_density_m_s3_per_sqrt_hz=0.01)
 
 KNOWLEDGE: Mapping[str, Knowledge] = MappingProxyType(
     {
-        "pen file": Knowledge("the pen file", {}, {}),
-        "gentle": Knowledge(
-            "how handwriting moves", _at_own_speed("prior"), _at_own_speed("process_noise")
+        "pen file": Knowledge("the pen file"),
+        "calibrated": Knowledge("the pen file, bias ± 0.1 m/s²", bias_std_m_s2=0.1),
+        "gentle": Knowledge("how handwriting moves", at_speed("prior"), bounded_writing()),
+        "at rest": Knowledge("rest at the start", _AT_REST, _STROKES_MOTION),
+        "gesture": Knowledge(
+            "rest at the start, and its jerk", _AT_REST, white_jerk_motion(tip=2.0, attitude=2.0)
         ),
-        "at rest": Knowledge("rest at the start", _AT_REST, {}),
-        "gesture": Knowledge("rest at the start, and its jerk", _AT_REST, _GESTURE),
-        "held": Knowledge("that it is held", _AT_REST, _HELD),
-        "held, unbiased": Knowledge("that it is held, no bias", _AT_REST, _HELD, False),
+        "held": Knowledge("that it is held", _AT_REST, tip=_HELD),
+        "held, unbiased": Knowledge(
+            "that it is held, no bias", _AT_REST, tip=_HELD, bias_std_m_s2=0.0
+        ),
     }
 )
 """Name → what is told; each is true of the motions that it is used with."""
@@ -95,9 +101,10 @@ class BadStart:
     sensors : of the reference pen
     motion : of `models.motions.motions`, `FROM_REST`, or `DRAWN` from the model itself
     knowledge : of `KNOWLEDGE`
-    wrong_rad : error of the prior's elevation, with a drawn sign
-    told_std_rad : standard deviation of the prior's elevation; None tells `wrong_rad`, but
-        at least `RIGHT_START_STD_RAD`
+    wrong_deg : the prior's attitude is the true one, turned that far about a drawn axis; of a
+        pen that does not spin the elevation is wrong, with a drawn sign
+    told_std_deg : standard deviation of the prior's attitude about every axis, or of its
+        elevation; None tells `wrong_deg`, but at least `RIGHT_START_STD_DEG`
     duration_s : of a run
     degrees_of_freedom : 5 for a pen that does not spin
     rate_axes : the body rates that are judged: those that the sensors see
@@ -107,8 +114,8 @@ class BadStart:
     sensors: tuple[str, ...]
     motion: str
     knowledge: str
-    wrong_rad: float = 0.5
-    told_std_rad: float | None = None
+    wrong_deg: float = 30.0
+    told_std_deg: float | None = None
     duration_s: float = 3.0
     degrees_of_freedom: int = 6
     rate_axes: str = "xyz"
@@ -116,18 +123,23 @@ class BadStart:
     @property
     def start(self) -> str:
         """The start in words, for tables and figures."""
-        told = "" if self.told_std_rad is None else f", told ± {self.told_std_rad:g}"
-        return f"{self.wrong_rad:g}{told}"
+        told = "" if self.told_std_deg is None else f", told ± {self.told_std_deg:g}"
+        return f"{self.wrong_deg:g}{told}"
 
     @property
     def std_rad(self) -> float:
-        """Standard deviation of the elevation that the estimator is told."""
-        if self.told_std_rad is not None:
-            return self.told_std_rad
-        return max(self.wrong_rad, RIGHT_START_STD_RAD)
+        """Standard deviation, rad, that the estimator is told."""
+        if self.told_std_deg is not None:
+            return math.radians(self.told_std_deg)
+        return math.radians(max(self.wrong_deg, RIGHT_START_STD_DEG))
 
 
-_WRITING = BadStart("accel + gyro, writing", ("accel", "gyro"), "handwriting", "pen file")
+_WRITING = BadStart(
+    "accel + gyro, writing", ("accel", "gyro"), "handwriting", "pen file", duration_s=5.0
+)
+_HELD_STILL = replace(
+    _WRITING, label="accel + gyro, held still", motion="still", knowledge="held", duration_s=3.0
+)
 # Two accelerometers on the axis do not see the rate about it.
 _STROKES = BadStart(
     "two accels, strokes from rest",
@@ -136,25 +148,19 @@ _STROKES = BadStart(
     "at rest",
     rate_axes="xy",
 )
+_ALL_ROUND = (0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 170.0)
 _GROUPS: Mapping[str, tuple[BadStart, Sequence[float]]] = {
-    "writing": (_WRITING, (0.0, 0.5, 1.0)),
-    "too-sure": (replace(_WRITING, told_std_rad=0.25), (0.5,)),
-    "unsure": (replace(_WRITING, told_std_rad=1.0), (0.5,)),
-    "gentle": (replace(_WRITING, knowledge="gentle"), (0.0, 0.5, 1.0)),
-    "held": (
-        replace(_WRITING, label="accel + gyro, held still", motion="still", knowledge="held"),
-        (0.5, 1.0),
-    ),
-    "unbiased": (
-        replace(
-            _WRITING, label="accel + gyro, held still", motion="still", knowledge="held, unbiased"
-        ),
-        (0.5, 1.0),
-    ),
-    "strokes": (_STROKES, (0.0, 0.5, 1.0)),
+    "writing": (_WRITING, _ALL_ROUND),
+    "calibrated": (replace(_WRITING, knowledge="calibrated"), _ALL_ROUND),
+    "too-sure": (replace(_WRITING, told_std_deg=15.0), (30.0,)),
+    "unsure": (replace(_WRITING, told_std_deg=60.0), (30.0,)),
+    "gentle": (replace(_WRITING, knowledge="gentle"), (0.0, 30.0, 60.0)),
+    "held": (_HELD_STILL, (30.0, 60.0)),
+    "unbiased": (replace(_HELD_STILL, knowledge="held, unbiased"), (30.0, 60.0)),
+    "strokes": (_STROKES, (0.0, 30.0, 60.0)),
     "no-spin": (
         replace(_STROKES, label="two accels, no spin, strokes from rest", degrees_of_freedom=5),
-        (0.0, 0.5, 1.0),
+        (0.0, 30.0, 60.0),
     ),
     # Drawn for a second only: white jerk soon turns a pen head over heels.
     "gesture": (
@@ -165,17 +171,17 @@ _GROUPS: Mapping[str, tuple[BadStart, Sequence[float]]] = {
             knowledge="gesture",
             duration_s=1.0,
         ),
-        (0.0, 0.5, 1.0),
+        (0.0, 30.0, 60.0),
     ),
 }
 CASES: Mapping[str, BadStart] = MappingProxyType(
     {
-        f"{group}-{wrong_rad:g}": replace(case, wrong_rad=wrong_rad)
+        f"{group}-{wrong_deg:g}": replace(case, wrong_deg=wrong_deg)
         for group, (case, errors) in _GROUPS.items()
-        for wrong_rad in errors
+        for wrong_deg in errors
     }
 )
-"""Name → case: a group and the start's error in rad."""
+"""Name → case: a group and the start's error in degrees."""
 
 
 def case_named(name: str) -> BadStart:
@@ -188,23 +194,35 @@ def case_named(name: str) -> BadStart:
 def case_pen(case: BadStart) -> PenConfig:
     """Return the reference pen with what is known of it in a case."""
     pen, knowledge = load_pen("reference"), KNOWLEDGE[case.knowledge]
-    sensors = dict(pen.sensors)
-    for name in () if knowledge.biases else case.sensors:
-        fields = [field for field in type(sensors[name]).model_fields if field.startswith("bias_")]
-        sensors[name] = sensors[name].model_copy(update=dict.fromkeys(fields, 0.0))
-    prior, noise = pen.prior.model_dump(), pen.process_noise.model_dump()
+    motion = knowledge.motion or pen.motion
+    if knowledge.tip is not None:
+        motion = motion.model_copy(update={"tip": knowledge.tip})
     return pen.model_copy(
         update={
             "degrees_of_freedom": case.degrees_of_freedom,
-            "prior": Prior.model_validate({**prior, **knowledge.prior}),
-            "process_noise": ProcessNoise.model_validate({**noise, **knowledge.process_noise}),
-            "sensors": FrozenMapping(sensors),
+            "prior": Prior.model_validate({**pen.prior.model_dump(), **knowledge.prior}),
+            "motion": motion,
+            "sensors": FrozenMapping(_with_bias(pen.sensors, knowledge.bias_std_m_s2)),
         }
     )
 
 
+def _with_bias(sensors: Mapping[str, Sensor], std_m_s2: float | None) -> dict[str, Sensor]:
+    """Return sensors with another bias of the accelerometers; 0 takes every sensor's."""
+    changed = dict(sensors)
+    if std_m_s2 is None:
+        return changed
+    for name, sensor in sensors.items():
+        fields = [field for field in type(sensor).model_fields if field.startswith("bias_")]
+        if std_m_s2 == 0.0:
+            changed[name] = sensor.model_copy(update=dict.fromkeys(fields, 0.0))
+        elif "bias_std_m_s2" in fields:
+            changed[name] = sensor.model_copy(update={"bias_std_m_s2": std_m_s2})
+    return changed
+
+
 def case_model(case: BadStart) -> StateSpaceModel:
-    """Return the model of a case, with its pen's own elevation."""
+    """Return the model of a case, with its pen's own attitude."""
     # A truth that is drawn knows of no writing area.
     return pen_model(case_pen(case), case.sensors, writing_area=case.motion != DRAWN)
 

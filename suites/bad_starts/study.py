@@ -22,11 +22,20 @@ from models.arrays import Array
 from pen_mhe.estimators import check_estimator
 from pen_mhe.figures import save
 from suites.bad_starts.cases import CASES, KNOWLEDGE, case_named
-from suites.bad_starts.run import FIRST_S, BadStartRun, as_table, run_bad_start, summary
+from suites.bad_starts.run import (
+    AT_S,
+    FIRST_S,
+    WITHIN_DEG,
+    WITHIN_STD,
+    BadStartRun,
+    as_table,
+    run_bad_start,
+    summary,
+)
 
 RUNS_PER_TASK = 10
 
-FIGURE_CASES = ("writing-0.5", "writing-1", "strokes-0.5", "gesture-0.5")
+FIGURE_CASES = ("writing-30", "writing-170", "calibrated-170", "strokes-30")
 """A column of the figure each, where they were run."""
 
 Runs = Mapping[tuple[str, str], Sequence[BadStartRun]]
@@ -37,16 +46,25 @@ def _median_and_p90(quantity: str) -> Callable[[Mapping[str, Any]], str]:
     return lambda row: f"{row[f'{quantity}_median']:.2g} ({row[f'{quantity}_p90']:.2g})"
 
 
+def _over_time(row: Mapping[str, Any]) -> str:
+    parts = (
+        (np.degrees(row[f"up_{after_s:g}_s_rad_{of}"]) for of in ("median", "p90"))
+        for after_s in AT_S
+    )
+    return "; ".join(f"{median:.2g} ({p90:.2g})" for median, p90 in parts if np.isfinite(median))
+
+
 TABLES: Mapping[str, Callable[[Mapping[str, Any]], str]] = MappingProxyType(
     {
-        "elevation, RMS error of the first second / rad: median (90 %)": _median_and_p90(
-            "elevation_rms_rad"
-        ),
+        f"up, error after {', '.join(f'{t:g}' for t in AT_S)} s / °: median (90 %)": _over_time,
         "body rates, RMS error of the first second / (rad/s): median (90 %)": _median_and_p90(
             "rate_rms_rad_s"
         ),
-        "runs that end within 5°; end error over claimed std, median (honest: 0.67)": (
-            lambda row: f"{row['within_5_deg']:.0%}; {row['end_error_per_std']:.2g}"
+        f"after 1 s: runs within {WITHIN_DEG:g}°, within {WITHIN_STD:g} claimed deviations": (
+            lambda row: f"{row['within_3_deg']:.0%}, {row['within_3_std']:.0%}"
+        ),
+        "end error over claimed deviation, median (honest: 1.18; without spin 0.67)": (
+            lambda row: f"{row['end_error_per_std']:.2g}"
         ),
     }
 )
@@ -54,7 +72,7 @@ TABLES: Mapping[str, Callable[[Mapping[str, Any]], str]] = MappingProxyType(
 
 QUANTITIES: Mapping[str, Callable[[BadStartRun], Array]] = MappingProxyType(
     {
-        "elevation error / rad": lambda run: np.abs(run.elevation_error),
+        "error of up / rad": lambda run: run.error,
         "body rate error / (rad/s)": lambda run: run.rate_error,
     }
 )
@@ -129,7 +147,7 @@ def _print(
         told = KNOWLEDGE[case.knowledge].label
         cells = [cell(rows[name, estimator]) for estimator in estimators]
         lines.append([case.label, told, case.start, *cells])
-    print_table(title, ["case", "told", "start wrong by / rad", *estimators], lines)
+    print_table(title, ["case", "told", "start wrong by / °", *estimators], lines)
 
 
 def bad_starts_figure(runs: Runs, cases: Sequence[str], estimators: Sequence[str]) -> Figure:
@@ -154,13 +172,13 @@ def bad_starts_figure(runs: Runs, cases: Sequence[str], estimators: Sequence[str
     for axes, name in zip(grid[0], cases, strict=True):
         case = CASES[name]
         told = KNOWLEDGE[case.knowledge].label
-        axes.set_title(f"{case.label}\nstart wrong by {case.start} rad\ntold: {told}", fontsize=9)
+        axes.set_title(f"{case.label}\nstart wrong by {case.start}°\ntold: {told}", fontsize=9)
     for axes in grid[-1]:
         axes.set_xlabel("time / s")
     grid[0, 0].legend(fontsize=8, loc="lower left")
     count = len(runs[cases[0], estimators[0]])
     figure.suptitle(
-        f"A wrong elevation at the start: median and 10–90 % of {count} runs", fontsize=11
+        f"A wrong attitude at the start: median and 10–90 % of {count} runs", fontsize=11
     )
     return figure
 

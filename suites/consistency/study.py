@@ -16,7 +16,7 @@ from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from pen_mhe.estimators import check_estimator
 from recordings.motion_list import DRAWN
-from suites.consistency.run import ConsistencyRuns, case_named, joined, run_case
+from suites.consistency.run import SETTLED_S, ConsistencyRuns, case_named, joined, run_case
 
 RUNS_PER_TASK = 5
 
@@ -81,9 +81,10 @@ def run_consistency(
         [
             "truth",
             "estimator",
-            "NEES: mean of runs",
+            f"NEES from {SETTLED_S:g} s on: mean of runs",
             "expected",
             "away / standard errors",
+            "at the first sample",
             "NIS per row",
         ],
         rows,
@@ -106,5 +107,6 @@ def _row(case: str, estimator: str, runs: ConsistencyRuns) -> list[str]:
         f"{mean:.4g} (median {np.median(runs.nees):.4g})",
         f"{runs.n_x}",
         f"{runs.deviation:+.1f} ({verdict})",
+        f"{runs.first_nees.mean():.4g}",
         f"{np.mean(runs.nis_per_row):.3f}",
     ]

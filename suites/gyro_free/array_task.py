@@ -11,7 +11,8 @@ import numpy as np
 from benchmark.tasks.task import Outcome, Quantity, Task
 from estimation.recording import Recording
 from models.arrays import Array
-from models.pen_config import Prior, ProcessNoise
+from models.motion import white_jerk_motion
+from models.pen_config import Prior
 from suites.gyro_free.array_pairs import PARTS, PairSegment, load_array, pair_segment
 from suites.gyro_free.cases import ARRAY_CASES, CLASSICAL
 from suites.gyro_free.classical import classical_rate
@@ -40,9 +41,7 @@ TURN_START = Prior(
     acceleration_std_m_s2=0.1,
     angle_acceleration_std_rad_s2=0.5,
 )
-TURN_NOISE = ProcessNoise(
-    tip_jerk_density_m_s3_per_sqrt_hz=20.0, angle_jerk_density_rad_s3_per_sqrt_hz=50.0
-)
+TURN_MOTION = white_jerk_motion(tip=20.0, attitude=50.0)
 """A hand that turns a board by a right angle within half a second."""
 
 SHOWN: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -105,7 +104,7 @@ def _model_based(estimator: str, seen: list[PairSegment]) -> tuple[str, list[Arr
             NOISE_STD_M_S2,
             BIAS_STD_M_S2,
             prior=TURN_START,
-            process_noise=TURN_NOISE,
+            motion=TURN_MOTION,
         )
         _, model = two_accelerometers(pen)
         recording = Recording("array", one.time_s, {LOWER: one.f1, UPPER: one.f2})

@@ -8,17 +8,18 @@ axis a pen ends, and so the position among the states is the path of the gesture
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
-import casadi as ca
 import numpy as np
 
 from models.arrays import Array
+from models.free_kinematics import attitude_of
 from models.gaussian import GaussianState
-from models.pen import moving_pen, pen_model
-from models.pen_config import PenConfig, Prior, ProcessNoise
+from models.motion import Motion, white_jerk_motion
+from models.pen import pen_model
+from models.pen_body import rates_and_attitudes
+from models.pen_config import PenConfig, Prior
 from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.inertial import sample_noise_std
@@ -50,9 +51,7 @@ START_STD = Prior(
 )
 """A start at rest in a known pose, as the integration takes it."""
 
-GESTURE_NOISE = ProcessNoise(
-    tip_jerk_density_m_s3_per_sqrt_hz=13.0, angle_jerk_density_rad_s3_per_sqrt_hz=28.0
-)
+GESTURE_MOTION = white_jerk_motion(tip=13.0, attitude=28.0)
 """RMS jerk of the test case's gestures over the root of its bandwidth."""
 
 NO_ROLL_STD_RAD_S = math.radians(1.0)
@@ -70,7 +69,7 @@ class TwoAccelerometers:
     bias_std : of one axis, m/s²; told. 0 has no biases among the states
     degrees_of_freedom : 6, or 5 for a pen of constant spin
     no_roll : adds the sensor `NO_ROLL_SENSOR`
-    prior, process_noise : what is told of the motion
+    prior, motion : what is told of the motion
     """
 
     half_distance_m: float
@@ -79,7 +78,7 @@ class TwoAccelerometers:
     degrees_of_freedom: int = 6
     no_roll: bool = False
     prior: Prior = START_STD
-    process_noise: ProcessNoise = GESTURE_NOISE
+    motion: Motion = GESTURE_MOTION
 
 
 @cache
@@ -111,7 +110,7 @@ def two_accelerometers(pen: TwoAccelerometers) -> tuple[PenConfig, StateSpaceMod
         degrees_of_freedom=5 if pen.degrees_of_freedom == 5 else 6,
         gravity_m_s2=GRAVITY_M_S2,
         prior=pen.prior,
-        process_noise=pen.process_noise,
+        motion=pen.motion,
         sensors=sensors,
     )
     # A gesture in the air has no writing area.
@@ -126,13 +125,19 @@ def start(model: StateSpaceModel, C: Array, rate: Array | None = None) -> Gaussi
     C : (3, 3) direction cosines of the start, world to their axes
     rate : (3,) of the start in their axes, rad/s; at rest by default
     """
-    mean = model.prior.mean.copy()
+    mean, to_pen = model.prior.mean.copy(), np.array(THEIR_AXES_TO_PEN)
+    body_rate = np.zeros(3) if rate is None else to_pen @ rate
     angles = pen_angles(C)
-    rates = np.zeros(3) if rate is None else angle_rates(angles, rate)
-    for name, angle, angle_rate in zip(ANGLES, angles, rates, strict=True):
-        if f"{name}_rad" in model.state_names:
-            mean[model.state_names.index(f"{name}_rad")] = angle
-            mean[model.state_names.index(f"{name}_rate_rad_s")] = angle_rate
+    known = {
+        "mrp_{}": zip("xyz", attitude_of(*angles), strict=True),
+        "body_rate_{}_rad_s": zip("xyz", body_rate, strict=True),
+        "{}_rad": zip(ANGLES, angles, strict=True),
+        "{}_rate_rad_s": zip(ANGLES, angle_rates(angles, body_rate), strict=True),
+    }
+    for pattern, values in known.items():
+        for of, value in values:
+            if pattern.format(of) in model.state_names:
+                mean[model.state_names.index(pattern.format(of))] = value
     return GaussianState(mean, model.prior.covariance)
 
 
@@ -144,42 +149,21 @@ def pen_angles(C: Array) -> Array:
     return np.array([azimuth, elevation, math.atan2(B[1, 2], -B[0, 2])])
 
 
-def angle_rates(angles: Array, rate: Array) -> Array:
-    """Return the rates (3,) of the angles, rad/s, of a rate (3,) in their axes."""
-    of_unit_rates = np.array(
-        [
-            _attitude(6)(np.concatenate([np.zeros(3), angles, np.zeros(3), unit]))[0]
-            for unit in np.eye(3)
-        ]
-    ).reshape(3, 3)
-    return np.asarray(np.linalg.solve(of_unit_rates.T, rate))
+def angle_rates(angles: Array, body_rate: Array) -> Array:
+    """Return the rates (3,) of the angles of a body rate (3,), rad/s.
+
+    Solves ω = Rz(ψ) (-cosθ ωφ, -ωθ, sinθ ωφ) + (0, 0, ωψ).
+    """
+    _, elevation, spin = angles
+    x, y, z = body_rate
+    of_azimuth = -(math.cos(spin) * x - math.sin(spin) * y) / math.cos(elevation)
+    of_elevation = -(math.sin(spin) * x + math.cos(spin) * y)
+    return np.array([of_azimuth, of_elevation, z - math.sin(elevation) * of_azimuth])
 
 
 def rates_and_cosines(states: Array, degrees_of_freedom: int) -> tuple[Array, Array]:
     """Return rates (n, 3) in rad/s and C (n, 3, 3) in their axes, of states (n, n_x) of a pen."""
-    n_q = 2 * degrees_of_freedom
-    rate, C = _attitude(degrees_of_freedom)(states[:, :n_q].T)
-    return rate, C
-
-
-@cache
-def _attitude(degrees_of_freedom: int) -> Callable[[Array], tuple[Array, Array]]:
-    """Return (q, q̇) (2 n_q, n) -> rates and direction cosines in their axes."""
     config, _ = two_accelerometers(TwoAccelerometers(0.1, 1.0, 0.0, degrees_of_freedom))
-    q, q_dot = ca.SX.sym("q", degrees_of_freedom), ca.SX.sym("q_dot", degrees_of_freedom)
-    rigid = moving_pen(config, q, q_dot, ca.SX.zeros(degrees_of_freedom)).rigid
-    to_theirs = ca.DM(np.array(THEIR_AXES_TO_PEN).T)
-    function = ca.Function(
-        "attitude",
-        [ca.vertcat(q, q_dot)],
-        [
-            ca.densify(to_theirs @ rigid.body_rate()),
-            ca.densify(ca.vec((to_theirs @ rigid.world_to_body).T)),
-        ],
-    )
-
-    def evaluated(states: Array) -> tuple[Array, Array]:
-        rate, C = function(states)
-        return np.array(rate).T, np.array(C).T.reshape(-1, 3, 3)
-
-    return evaluated
+    rates, B = rates_and_attitudes(config, states)
+    to_pen = np.array(THEIR_AXES_TO_PEN)
+    return rates @ to_pen, to_pen.T @ B

@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmark.configurations import contract_models
 from estimation.estimator import Estimator
@@ -181,11 +182,18 @@ def _wrong(
     model: StateSpaceModel, prior: GaussianState, kind: WindowKind, rng: np.random.Generator
 ) -> GaussianState:
     """Move the prior's angles by a distance of the kind in a random direction."""
-    angles = np.array([split_unit(name)[1] == "rad" for name in model.state_names])
+    angles = angle_directions(model)
     away = angles * rng.standard_normal(model.n_x)
     away *= rng.uniform(*kind.wrong_rad) / np.linalg.norm(away)
     mean = np.asarray(model.retract(prior.mean, away)).ravel()
     return GaussianState(mean, prior.covariance)
+
+
+def angle_directions(model: StateSpaceModel) -> NDArray[np.bool_]:
+    """Return which components of a tangent vector (n_x,) turn something."""
+    if model.tangent is not None:
+        return np.array([unit == "rad" for unit in model.tangent.units])
+    return np.array([split_unit(name)[1] == "rad" for name in model.state_names])
 
 
 def _lossy(

@@ -2,7 +2,7 @@
 
 The rigid body is simulated; an EKF estimates it with the rigid body, with one
 error of the paper (`models.printed`) and with all of them. Pen, motion, noise
-and process noise are the same for all, so nothing but the errors differs.
+and what it is told of them are the same for all, so nothing but the errors differs.
 
 The tip pays, where a camera holds it: its acceleration is what the errors
 falsify. Without a camera that acceleration is free and takes them up, and
@@ -22,7 +22,7 @@ import numpy as np
 from estimation.estimator import run
 from estimation.recording import Recording, Truth
 from models.arrays import Array
-from models.gentle_hand import BY_SPEED
+from models.gentle_hand import at_speed, white_jerk_writing
 from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import parse_pen
@@ -112,13 +112,10 @@ COLUMNS = ("elevation_deg", "azimuth_deg", "tip_mm")
 
 
 def paper_pen(errors: Sequence[PrintedError] = (), speed: float = 1.0) -> PenConfig:
-    """Return the pen whose model makes some errors, prior and process noise fit for a speed."""
-    moves = {
-        key: {name: value * speed**exponent for name, (value, exponent) in row.items()}
-        for key, row in BY_SPEED.items()
-    }
-    merged = {key: {**PEN.get(key, {}), **row} for key, row in moves.items()}
-    return parse_pen({**PEN, **merged, "printed_errors": errors})
+    """Return the pen whose model makes some errors, prior and motion fit for a speed."""
+    prior = {**PEN["prior"], **at_speed("prior", speed)}
+    motion = white_jerk_writing(speed).model_dump()
+    return parse_pen({**PEN, "prior": prior, "motion": motion, "printed_errors": errors})
 
 
 def simulated(speed: float, seed: int, duration_s: float) -> Recording:
@@ -214,7 +211,9 @@ def _estimation_errors(
     for recording in recordings:
         history = run(estimator, recording.select(measured))
         settled = state_errors(model, history, _truth(recording))[history.time_s >= SETTLING_S]
-        runs.append(root_mean_square(model, settled, {c: ERROR_COLUMNS[c] for c in columns}))
+        runs.append(
+            root_mean_square(history.names, settled, {c: ERROR_COLUMNS[c] for c in columns})
+        )
     result = {}
     for column in COLUMNS:
         values = np.array([errors.get(column, np.nan) for errors in runs])

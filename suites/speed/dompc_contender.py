@@ -19,7 +19,14 @@ import numpy as np
 from estimation.kalman_stage import stacked_residual
 from mhe.trajectory import Trajectory
 from models.state_space import StateSpaceModel
-from suites.speed.contender import RaceOutcome, in_silence, knows_only_bounds, peer
+from suites.speed.contender import (
+    ContenderAbsentError,
+    RaceOutcome,
+    in_silence,
+    knows_only_bounds,
+    peer,
+)
+from suites.speed.tangent import is_plain
 from suites.speed.windows import SpeedWindow
 
 OPTIONS = {
@@ -35,6 +42,8 @@ class DoMpc:
     def __init__(self, model: StateSpaceModel, example: SpeedWindow) -> None:
         do_mpc, self.version = peer("do_mpc", "do-mpc")
         knows_only_bounds(model)
+        if not is_plain(model):
+            raise ContenderAbsentError("do-mpc adds its noise to the state, an attitude has no sum")
         self._model, self._horizon = model, len(example.dt)
         with in_silence():
             self._mhe = _estimator(do_mpc, model, len(example.dt))

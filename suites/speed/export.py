@@ -16,6 +16,7 @@ from estimation.kalman_stage import KalmanStage
 from models.pen_config import PenConfig
 from models.state_space import StateSpaceModel
 from suites.speed.problems import Problem
+from suites.speed.tangent import is_plain
 from suites.speed.windows import SolvedWindow, running_on
 
 GEOMETRY = ("position_m", "sensor_to_body")
@@ -68,6 +69,9 @@ def _model_arrays(model: StateSpaceModel) -> dict[str, NDArray[Any]]:
         "noise_std": model.noise_std,
         "lower": model.lower,
         "upper": model.upper,
+        "casadi_f": np.array(model.f.serialize()),
+        "casadi_retract": np.array(model.retract.serialize()),
+        "casadi_difference": np.array(model.difference.serialize()),
     }
 
 
@@ -80,12 +84,12 @@ def _window_arrays(
     steps, which = np.unique(dt, return_inverse=True)
     stage = KalmanStage(model)
     F, G = zip(*(stage.derivatives(model.prior.mean, float(step)) for step in steps), strict=True)
+    transition = {"F": F, "G": G} if is_plain(model) else {}
     optima = [running_on(model, each.window.prior.mean, each.optimum.trajectory) for each in solved]
     readings = np.array([[m.y for m in window.measurements] for window in windows])
     arrays: Mapping[str, Any] = {
         "step_s": steps,
-        "F": F,
-        "G": G,
+        **transition,
         "step_index": which.reshape(dt.shape),
         "time_s": [[m.time_s for m in window.measurements] for window in windows],
         "prior_mean": [window.prior.mean for window in windows],

@@ -6,7 +6,7 @@ in the variables of `suites.speed.stagewise`, linearised at the warm start. H, F
 are derivatives along δ and ω, residuals r in standard deviations:
 
     P = diag(L̄⁻ᵀ L̄⁻¹ + H_0ᵀ H_0, I, H_1ᵀ H_1, I, …),   q = (…, H_kᵀ r_k, w̃_k, …)
-    A = rows (-F_k, -G_k, I),                        l = u = D⁻¹ (f(x̃_k, w̃_k) - x̃_{k+1})
+    A = rows (-F_k, -G_k, I),                        l = u = D⁻¹ (f(x̃_k, w̃_k) ⊟ x̃_{k+1})
 
 and, for every state i with a bound and every stage, a row
 
@@ -29,6 +29,7 @@ from estimation.native import compiled
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from suites.speed.stagewise import bounded_states
+from suites.speed.tangent import along, away, moved
 from suites.speed.windows import SpeedWindow
 
 
@@ -134,8 +135,13 @@ def _whitened(model: StateSpaceModel) -> tuple[list[ca.SX], ca.SX, ca.SX]:
     """Return (x, y, present, scale), the residual r of a stage and H = ∂r/∂δ."""
     x, y = ca.SX.sym("x", model.n_x), ca.SX.sym("y", model.n_y)
     present, scale = ca.SX.sym("present", model.n_r), ca.SX.sym("scale", model.n_x)
-    r = present * stacked_residual(model, y, x) / model.noise_std
-    return [x, y, present, scale], r, ca.jacobian(r, x) @ ca.diag(scale)
+    d = ca.SX.sym("d", model.n_x)
+
+    def seen(at: ca.SX) -> ca.SX:
+        return present * stacked_residual(model, y, at) / model.noise_std
+
+    H = along(seen(moved(model, x, d)), d) @ ca.diag(scale)
+    return [x, y, present, scale], seen(x), H
 
 
 def _seen(model: StateSpaceModel) -> ca.Function:
@@ -145,11 +151,11 @@ def _seen(model: StateSpaceModel) -> ca.Function:
 
 def _first(model: StateSpaceModel) -> ca.Function:
     (x, *others), r, H = _whitened(model)
-    x_prior = ca.SX.sym("x_prior", model.n_x)
+    x_prior, d = ca.SX.sym("x_prior", model.n_x), ca.SX.sym("d", model.n_x)
     L_inverse = ca.SX.sym("L_inverse", model.n_x, model.n_x)
     lower = ca.tril(L_inverse)
-    W = lower @ ca.diag(others[-1])
-    P, q = W.T @ W + H.T @ H, W.T @ (lower @ (x - x_prior)) + H.T @ r
+    W = lower @ along(away(model, moved(model, x, d), x_prior), d) @ ca.diag(others[-1])
+    P, q = W.T @ W + H.T @ H, W.T @ (lower @ away(model, x, x_prior)) + H.T @ r
     return ca.Function(
         "first", [x, *others, x_prior, L_inverse], [ca.triu(P), ca.densify(q)], {"cse": True}
     )
@@ -159,6 +165,11 @@ def _moved(model: StateSpaceModel) -> ca.Function:
     """(x, w, Δt, next x, scale) → (-F, -G, b), along δ and ω."""
     x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
     x_next, scale = ca.SX.sym("x_next", model.n_x), ca.SX.sym("scale", model.n_x)
-    b = (model.f(x, w, dt) - x_next) / scale
-    F, G = ca.jacobian(b, x) @ ca.diag(scale), ca.jacobian(b, w)
-    return ca.Function("moved", [x, w, dt, x_next, scale], [-F, -G, ca.densify(b)], {"cse": True})
+    d = ca.SX.sym("d", model.n_x)
+
+    def gap(at: ca.SX) -> ca.SX:
+        return away(model, model.f(at, w, dt), x_next) / scale
+
+    F, G = along(gap(moved(model, x, d)), d) @ ca.diag(scale), ca.jacobian(gap(x), w)
+    given = [x, w, dt, x_next, scale]
+    return ca.Function("moved", given, [-F, -G, ca.densify(gap(x))], {"cse": True})

@@ -19,6 +19,7 @@ from estimation.kalman_stage import stacked_residual
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.state_space import StateSpaceModel
+from suites.speed.tangent import away, is_plain, moved
 from suites.speed.windows import SpeedWindow
 
 
@@ -50,8 +51,8 @@ class StagewiseProblem:
         delta = [ca.SX.sym(f"delta_{k}", n_x) for k in range(n_stages)]
         omega = [ca.SX.sym(f"omega_{k}", n_w) for k in range(horizon)]
 
-        x = [x_around[:, k] + scale * delta[k] for k in range(n_stages)]
-        residuals = [ca.tril(L_inverse) @ (x[0] - x_prior)]
+        x = [moved(model, x_around[:, k], scale * delta[k]) for k in range(n_stages)]
+        residuals = [ca.tril(L_inverse) @ away(model, x[0], x_prior)]
         variables, gaps = [], []
         for k in range(n_stages):
             measured = stacked_residual(model, y[:, k], x[k])
@@ -62,7 +63,7 @@ class StagewiseProblem:
                 residuals.append(w)
                 variables.append(omega[k])
                 reached = model.f(x[k], w, dt[k])
-                gaps.append(delta[k + 1] - (reached - x_around[:, k + 1]) / scale)
+                gaps.append(delta[k + 1] - away(model, reached, x_around[:, k + 1]) / scale)
         return cls(
             ca.vertcat(*variables),
             ca.veccat(x_prior, L_inverse, y, present, dt, scale, x_around, w_around),
@@ -105,7 +106,9 @@ def trajectory_of(variables: Array, window: SpeedWindow) -> Trajectory:
     """Return the trajectory of the variables (n,) of a `StagewiseProblem`."""
     n_x = window.model.n_x
     stages = np.append(variables, np.zeros(window.model.n_w)).reshape(len(window.measurements), -1)
-    return Trajectory(
-        window.guess.states + window.scale * stages[:, :n_x],
-        window.guess.noises + stages[:-1, n_x:],
-    )
+    steps, around = window.scale * stages[:, :n_x], window.guess.states
+    if is_plain(window.model):
+        states = around + steps
+    else:
+        states = window.model.retract.map(len(around))(around.T, steps.T).full().T
+    return Trajectory(states, window.guess.noises + stages[:-1, n_x:])

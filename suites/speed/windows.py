@@ -34,6 +34,7 @@ from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 from suites.speed.problems import DURATION_S, Problem
+from suites.speed.tangent import is_plain
 
 SETTLED = 50
 """Stages before the first window: the prior has forgotten where it began."""
@@ -140,6 +141,8 @@ def solved_windows(problem: Problem, count: int) -> list[SolvedWindow]:
 
 def running_on(model: StateSpaceModel, start: Array, trajectory: Trajectory) -> Trajectory:
     """Return the same trajectory with angles that run on from a state, without a wrap."""
+    if not is_plain(model):  # has no angles that could
+        return trajectory
     path, before = [], start
     for state in trajectory.states:
         before = before + np.asarray(model.difference(state, before)).ravel()

@@ -11,15 +11,20 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from scipy.spatial.transform import Rotation
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
-from estimation.estimate import EstimateHistory
+from estimation.collect import collected
+from estimation.estimate import Estimate, EstimateHistory
 from estimation.history_plot import MOST_PANELS, MOST_POINTS, labelled, plot_histories
 from estimation.recording import Truth
+from estimation.status import Status
 from models.arrays import Array
 from models.errors import InputError
+from models.gaussian import GaussianState
+from models.pen import pen_model
 from models.turntable import paper_turntable, turntable_model
 from tests.benchmark.hand_made import history as history_of
 
@@ -117,6 +122,33 @@ def test_an_angle_has_no_jumps_and_stays_near_the_truth(has_truth: bool) -> None
     for label in ("hand-made", "away"):
         drawn = line(figure.axes[0], label)
         np.testing.assert_allclose(drawn, np.degrees(angle), atol=1e-9)
+
+
+def test_a_free_pens_angles_are_drawn_in_degrees_without_jumps() -> None:
+    """Its azimuth, an output, wraps as an angle of the state does; σ is not drawn."""
+    model = pen_model("reference", ["accel", "gyro"])
+    angle = np.pi - 0.5 + TIMES / 2
+    mean = np.zeros((len(TIMES), model.n_x))
+    mean[:, 3:6] = Rotation.from_euler(
+        "ZYZ", np.column_stack([angle, 0.6 * TIMES**0, -0.2 * TIMES**0])
+    ).as_mrp()
+    estimates = [
+        Estimate(
+            float(t),
+            GaussianState(x, model.prior.covariance),
+            Status.SOLVED,
+            np.zeros(model.n_r),
+            np.eye(model.n_r),
+        )
+        for t, x in zip(TIMES, mean, strict=True)
+    ]
+    figure = collected("by hand", model, estimates, [0.0] * len(TIMES)).plot()
+    tip = [f"tip {axis} / mm" for axis in "xyz"]
+    assert sorted(panels(figure)) == sorted([*tip, "azimuth / °", "elevation / °", "spin / °"])
+    of = {name: line(axes, "by hand") for name, axes in panels(figure).items()}
+    np.testing.assert_allclose(of["azimuth / °"], np.degrees(angle), atol=1e-9)
+    np.testing.assert_allclose(of["elevation / °"], np.degrees(np.pi / 2 - 0.6), atol=1e-9)
+    np.testing.assert_allclose(of["spin / °"], np.degrees(-0.2), atol=1e-9)
 
 
 def test_an_angle_that_does_not_wrap_keeps_its_turns() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from scipy.spatial.transform import Rotation
 from estimation.observability import Observability, observability_matrix
 from estimation.recording import Measurement
 from models.arrays import Array
+from models.motion import Motion
 from models.sensor_kinds.accelerometer import Accelerometer
+from models.sensor_kinds.gyroscope import Gyroscope
 from models.state_space import StateSpaceModel
 from tests.estimation.exact_motions import (
     ACCEL_AT,
@@ -28,14 +31,21 @@ from tests.estimation.exact_motions import (
     motion,
     second,
 )
-from tests.models.pens import ACCELEROMETER, call
-from tests.references import unobservable
+from tests.models.pens import ACCELEROMETER, GYROSCOPE, call
+from tests.references import unobservable, unobservable_free
+from tests.references.free_tangent import retracted
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 ANGLE = 1e-9
 """Principal angles in prior units, rad. Measured: 6e-13, rounding of the readings' changes
 (up to 2e4 deviations) over the weakest of them that show (0.1)."""
+
+PAPER: dict[int, Any] = {5: unobservable, 6: unobservable_free}
+"""Degrees of freedom → where its subspaces are derived."""
+
+LIVELY: dict[int, Any] = {5: {}, 6: {"motion": Motion()}}
+"""A free pen's tip whose acceleration changes its direction: about a constant one it can turn."""
 
 NUMBER_LEFT_AT_REST = {
     (5, "accel"): (10, 2, 0),
@@ -65,7 +75,7 @@ def assert_same_subspace(found: Observability, paper: Array) -> None:
 def test_held_still_it_is_the_papers_subspace(n_q: int, inertial: str, tip_seen_by: str) -> None:
     x = first_state(n_q)
     found = motion(configured(n_q, inertial, tip_seen_by), x, second()).observability
-    paper = unobservable.held_still(inertial, tip_seen_by, x, np.array(ACCEL_AT))
+    paper = PAPER[n_q].held_still(inertial, tip_seen_by, x, np.array(ACCEL_AT))
     assert (
         paper.shape[1] == NUMBER_LEFT_AT_REST[n_q, inertial][list(TIP_SEEN_BY).index(tip_seen_by)]
     )
@@ -76,15 +86,18 @@ def test_held_still_it_is_the_papers_subspace(n_q: int, inertial: str, tip_seen_
 def test_in_motion_it_is_the_papers_subspace(n_q: int, inertial: str, tip_seen_by: str) -> None:
     x = first_state(n_q, RATES, ACCELERATIONS)
     found = motion(configured(n_q, inertial, tip_seen_by), x, second()).observability
-    assert_same_subspace(found, unobservable.in_motion(inertial, tip_seen_by, x, np.array(CENTRE)))
+    assert_same_subspace(found, PAPER[n_q].in_motion(inertial, tip_seen_by, x, np.array(CENTRE)))
 
 
 @pytest.mark.parametrize("n_q", [5, 6])
 def test_a_tip_that_accelerates_straight_up_hides_its_heading(n_q: int) -> None:
-    x = first_state(n_q, RATES, STRAIGHT_UP)
+    """A free pen's velocity turns with the attitude: its tip goes straight up too."""
+    rates = RATES if n_q == 5 else RATES * [0, 0, 1, 1, 1, 1]
+    x = first_state(n_q, rates, STRAIGHT_UP)
     found = motion(configured(n_q, "accel+gyro", "area"), x, second()).observability
-    assert_same_subspace(found, unobservable.in_motion("accel+gyro", "area", x, np.array(CENTRE)))
-    assert [direction.words for direction in found.directions] == ["azimuth_rad alone"]
+    assert_same_subspace(found, PAPER[n_q].in_motion("accel+gyro", "area", x, np.array(CENTRE)))
+    heading = "azimuth_rad" if n_q == 5 else "turning about the vertical"
+    assert [direction.words for direction in found.directions] == [f"{heading} alone"]
 
 
 @pytest.mark.parametrize("tip_seen_by", ["nothing", "area"])
@@ -92,9 +105,9 @@ def test_off_the_axis_the_papers_subspace_turns_with_the_mounting(tip_seen_by: s
     place, x = (0.03, -0.02, 0.1), first_state(6)
     sensors = {**SENSORS, "accel": Accelerometer(**ACCELEROMETER, position_m=place)}
     found = motion(configured(6, "accel", tip_seen_by, sensors), x, second()).observability
-    paper = unobservable.held_still("accel", tip_seen_by, x, np.array(place))
+    paper = unobservable_free.held_still("accel", tip_seen_by, x, np.array(place))
     assert_same_subspace(found, paper)
-    on_axis = unobservable.held_still("accel", tip_seen_by, x, np.array(ACCEL_AT))
+    on_axis = unobservable_free.held_still("accel", tip_seen_by, x, np.array(ACCEL_AT))
     assert subspace_angles(paper, on_axis).max() > 1e-3  # the mounting does matter
 
 
@@ -105,7 +118,7 @@ def test_an_azimuth_that_only_the_linearised_area_shows_is_not_seen(n_q: int) ->
     The matrix alone has full rank: it takes the area's constant for a reading of the tip.
     """
     x, centre = first_state(n_q, RATES, ACCELERATIONS), np.array(CENTRE)
-    along = motion(configured(n_q, "accel+gyro", "area"), x, second())
+    along = motion(configured(n_q, "accel+gyro", "area", **LIVELY[n_q]), x, second())
     matrix = observability_matrix(along.model, along.measurements, along.states)
     assert np.linalg.svd(matrix, compute_uv=False)[-1] > 1e-2
     assert along.observability.rank == 3 * n_q - 1
@@ -116,7 +129,11 @@ def test_an_azimuth_that_only_the_linearised_area_shows_is_not_seen(n_q: int) ->
     blocks[0, :3] -= centre
     blocks[:, :3] = blocks[:, :3] @ turn.T
     blocks[0, :3] += centre
-    blocks[0, 3] += angle
+    if n_q == 5:
+        blocks[0, 3] += angle
+    else:
+        attitude = Rotation.from_matrix(turn) * Rotation.from_mrp(blocks[0, 3:])
+        blocks[0, 3:] = attitude.as_mrp()
     turned = motion(along.model, blocks.ravel(), second())
     assert np.abs(turned.states - along.states).max() > 0.1
     inertial, same = (np.array([m.y[:6] for m in one.measurements]) for one in (along, turned))
@@ -132,11 +149,44 @@ def test_an_azimuth_that_only_the_linearised_area_shows_is_not_seen(n_q: int) ->
 def test_a_reading_of_the_tip_shows_the_azimuth() -> None:
     """What the area is not: a sensor that does measure where the tip is."""
     x = first_state(6, RATES, ACCELERATIONS)
-    model = configured(6, "accel+gyro", "area")
+    model = configured(6, "accel+gyro", "area", **LIVELY[6])
     *inertial, area = model.sensors
     tracker = dataclasses.replace(area, constant_reading=None)
     tracked = motion(model.replace(sensors=(*inertial, tracker)), x, second())
     assert tracked.observability.directions == ()
+
+
+def biased(inertial: tuple[str, ...]) -> dict[str, Any]:
+    """The sensors, those of a choice with a bias state."""
+    biased_sensors = {
+        "accel": Accelerometer(**ACCELEROMETER, position_m=ACCEL_AT, bias_std_m_s2=0.3),
+        "gyro": Gyroscope(**GYROSCOPE, position_m=ACCEL_AT, bias_std_rad_s=0.03),
+    }
+    return {**SENSORS, **{name: biased_sensors[name] for name in inertial}}
+
+
+NUMBER_LEFT_WITH_BIASES = {
+    ("accel", ("accel",)): (14, 5, 0),
+    ("gyro", ("gyro",)): (15, 6, 0),
+    ("accel+gyro", ("accel", "gyro")): (13, 4, 0),
+    ("accel+gyro", ("accel",)): (12, 3, 0),
+    ("accel+gyro", ("gyro",)): (10, 2, 0),
+}
+
+
+@pytest.mark.parametrize(("inertial", "biases"), NUMBER_LEFT_WITH_BIASES)
+@pytest.mark.parametrize("tip_seen_by", TIP_SEEN_BY)
+def test_biases_of_a_free_pen_hide_as_the_paper_says(
+    inertial: str, biases: tuple[str, ...], tip_seen_by: str
+) -> None:
+    """An accelerometer's with a tilt, a gyroscope's with a rate of turning."""
+    model = configured(6, inertial, tip_seen_by, biased(biases))
+    x = np.concatenate([first_state(6), 0.01 * np.arange(1, 3 * len(biases) + 1)])
+    found = motion(model, x, second()).observability
+    paper = unobservable_free.held_still(inertial, tip_seen_by, x, np.array(ACCEL_AT), biases)
+    numbers = NUMBER_LEFT_WITH_BIASES[inertial, biases]
+    assert paper.shape[1] == numbers[list(TIP_SEEN_BY).index(tip_seen_by)]
+    assert_same_subspace(found, paper)
 
 
 def stacked_readings(model: StateSpaceModel, x: Array, times: Array) -> Array:
@@ -161,8 +211,7 @@ def test_matrix_is_the_derivative_of_all_readings_by_the_first_state() -> None:
 
     def readings(amount: float, column: int) -> Array:
         """Readings; those of orientation as a turn in body axes from the camera's own."""
-        step = amount * np.eye(18)[column]
-        y = stacked_readings(model, x + step, times)
+        y = stacked_readings(model, retracted(x, amount * np.eye(18)[column]), times)
         turn = Rotation.from_rotvec(y[:, 9:]).inv() * seen_turn
         return np.hstack([y[:, :9], -turn.as_rotvec()])
 

@@ -17,8 +17,9 @@ from mhe.config import MheIpoptConfig
 from mhe.reference.ipopt import MheIpopt
 from models.arrays import Array
 from models.errors import InputError
+from models.motion import white_jerk_motion
 from models.pen import pen_model
-from models.pen_config import Prior, ProcessNoise
+from models.pen_config import Prior
 from models.state_space import StateSpaceModel
 from tests.estimation.exact_motions import INERTIAL, POSE, SENSORS, first_state
 from tests.linear_models import random_walk_system
@@ -29,9 +30,7 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 JERK, PRIOR_STD = 3.0, (0.05, 0.1, 0.4)
 """Of the tip: m/s³/√Hz; m, m/s, m/s²."""
 SLOW: dict[str, Any] = {
-    "process_noise": ProcessNoise(
-        tip_jerk_density_m_s3_per_sqrt_hz=JERK, angle_jerk_density_rad_s3_per_sqrt_hz=20.0
-    ),
+    "motion": white_jerk_motion(JERK, 20.0),
     "prior": Prior(
         tip_std_m=PRIOR_STD[0],
         velocity_std_m_s=PRIOR_STD[1],

@@ -5,10 +5,11 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from estimation.symmetry import direction, holds
 from models.arrays import Array
-from models.heading import heading_symmetry
+from models.heading import free_heading_symmetry
 from models.pen import pen_model
 from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
@@ -17,7 +18,7 @@ from recordings.simulate_pen import simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-STEP_S = 0.01
+STEP_S, SIGMA = 0.01, slice(3, 6)
 BLIND = {
     "accelerometer": ("accel",),
     "gyroscope": ("gyro",),
@@ -40,7 +41,12 @@ def model_of(
 def states_of(model: StateSpaceModel) -> Array:
     """States (8, n_x) drawn from the prior."""
     draws = np.random.default_rng(9).standard_normal((8, model.n_x))
-    return model.prior.mean + model.prior.std * draws
+    states = model.prior.mean + model.prior.std * draws
+    if model.outputs is not None:
+        mean = Rotation.from_mrp(model.prior.mean[SIGMA])
+        turns = Rotation.from_rotvec(model.prior.std[SIGMA] * draws[:, SIGMA])
+        states[:, SIGMA] = (mean * turns).as_mrp()
+    return states
 
 
 def heading_holds(model: StateSpaceModel) -> bool:
@@ -73,11 +79,11 @@ def test_an_area_has_one_centre() -> None:
     np.testing.assert_array_equal(centre, [0.1, 0.1, 0.0])
     assert heading_holds(model)
     for elsewhere in (None, np.array([0.1, 0.09, 0.0])):
-        other = model.replace(symmetries=(heading_symmetry(6, model.n_x, centre_m=elsewhere),))
+        other = model.replace(symmetries=(free_heading_symmetry(model.n_x, centre_m=elsewhere),))
         assert not heading_holds(other)
     # The axis is vertical: its height says nothing.
     higher = model.replace(
-        symmetries=(heading_symmetry(6, model.n_x, centre_m=np.array([0.1, 0.1, 0.3])),)
+        symmetries=(free_heading_symmetry(model.n_x, centre_m=np.array([0.1, 0.1, 0.3])),)
     )
     assert heading_holds(higher)
 
@@ -85,14 +91,14 @@ def test_an_area_has_one_centre() -> None:
 def test_without_an_area_every_centre_is_as_good() -> None:
     model = model_of(("accel", "gyro"), writing_area=False, pen="dpoint")
     for centre in (np.zeros(3), np.array([0.4, -0.2, 0.1])):
-        symmetry = heading_symmetry(6, model.n_x, centre_m=centre)
+        symmetry = free_heading_symmetry(model.n_x, centre_m=centre)
         assert heading_holds(model.replace(symmetries=(symmetry,)))
 
 
 def test_one_state_that_shows_it_is_enough() -> None:
     """A tip at rest on the wrong axis stays where it is; in any other state it moves."""
     model = model_of(("accel", "gyro"), pen="dpoint")
-    wrong = heading_symmetry(6, model.n_x, centre_m=np.array([0.1, 0.2, 0.0]))
+    wrong = free_heading_symmetry(model.n_x, centre_m=np.array([0.1, 0.2, 0.0]))
     on_its_axis = model.prior.mean.copy()
     on_its_axis[:3] = [0.1, 0.2, 0.0]
     assert holds(model, wrong, on_its_axis[None, :], STEP_S)
@@ -119,25 +125,42 @@ def test_the_direction_is_the_flows_slope(degrees_of_freedom: int, azimuth: floa
     model = model_of(("accel", "gyro"), degrees_of_freedom=degrees_of_freedom)
     (symmetry,) = model.symmetries
     x, h = states_of(model)[0], 1e-4
-    x[3] = azimuth
+    if degrees_of_freedom == 5:
+        x[3] = azimuth
+    else:
+        _, *lean = Rotation.from_mrp(x[SIGMA]).as_euler("ZYZ")
+        x[SIGMA] = Rotation.from_euler("ZYZ", [azimuth, *lean]).as_mrp()
     ahead, behind = (symmetry(x, step).full().ravel() for step in (h, -h))
     slope = model.difference(ahead, behind).full().ravel() / (2 * h)
     found = direction(model, symmetry, x)
     scale = np.abs(x) + np.abs(found)
     assert np.abs((found - slope) / np.where(scale > 0, scale, 1.0)).max() < h**2
-    assert found[model.state_names.index("azimuth_rad")] == 1
+    if degrees_of_freedom == 5:
+        assert found[model.state_names.index("azimuth_rad")] == 1
+    else:
+        in_world = Rotation.from_mrp(x[SIGMA]).apply(found[SIGMA])
+        np.testing.assert_allclose(in_world, [0, 0, 1], rtol=0, atol=1e-15)
 
 
 def test_the_direction_turns_with_the_centre() -> None:
-    """ds/dα of a tip is e_z × (tip - centre); of its velocity e_z × velocity."""
-    model = model_of(("accel", "gyro"), pen="dpoint")
-    (symmetry,) = model.symmetries
-    x, up = states_of(model)[1], np.array([0.0, 0.0, 1.0])
-    found = direction(model, symmetry, x)
-    tip, velocity = x[:3] - [0.1, 0.1, 0.0], x[6:9]
-    np.testing.assert_allclose(found[:3], np.cross(up, tip), rtol=0, atol=1e-15)
-    np.testing.assert_allclose(found[6:9], np.cross(up, velocity), rtol=0, atol=1e-15)
-    assert np.abs(tip[:2]).min() > 0.01
+    """ds/dα of a tip is e_z × (tip - centre); of its velocity e_z × velocity.
+
+    A free pen's velocity turns with the attitude: nothing is left of it in the tangent space.
+    """
+    up = np.array([0.0, 0.0, 1.0])
+    for degrees_of_freedom in (5, 6):
+        model = model_of(("accel", "gyro"), pen="dpoint", degrees_of_freedom=degrees_of_freedom)
+        (symmetry,) = model.symmetries
+        x = states_of(model)[1]
+        found = direction(model, symmetry, x)
+        tip, velocity = x[:3] - [0.1, 0.1, 0.0], slice(degrees_of_freedom, degrees_of_freedom + 3)
+        np.testing.assert_allclose(found[:3], np.cross(up, tip), rtol=0, atol=1e-15)
+        turned = np.cross(up, x[velocity])
+        if degrees_of_freedom == 6:
+            turn = Rotation.from_mrp(x[SIGMA]).apply(found[SIGMA])
+            turned = turned - np.cross(turn, x[velocity])
+        np.testing.assert_allclose(found[velocity], turned, rtol=0, atol=1e-15)
+        assert np.abs(tip[:2]).min() > 0.01
 
 
 @pytest.mark.parametrize("pen", ["reference", "dpoint"])
@@ -149,13 +172,20 @@ def test_the_azimuth_stays_unseen_however_long_the_motion(pen: str) -> None:
     assert not verdict.sees("azimuth_rad")
     assert verdict.sees("elevation_rad")
     (heading,) = verdict.observability.directions
-    assert next(iter(heading.changes)) == "azimuth_rad"
+    assert next(iter(heading.changes)) == "turning about the vertical"
 
 
-def test_without_its_symmetry_the_azimuth_would_seem_seen() -> None:
-    """The area's linearised readings alone leave a fifth of what was known before."""
-    config, sensors = load_pen("dpoint"), ("accel", "gyro")
+@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+def test_without_its_symmetry_the_azimuth_would_seem_seen(degrees_of_freedom: int) -> None:
+    """By the area's linearised readings alone.
+
+    Of a pen that cannot spin they leave a quarter of what was known before. Of a free pen the
+    bound leaves most of it, but no direction in which nothing is seen.
+    """
+    sensors = ("accel", "gyro")
+    config = load_pen("dpoint").model_copy(update={"degrees_of_freedom": degrees_of_freedom})
     model = pen_model(config, sensors).replace(symmetries=())
     found = judge(model, simulate(config, sensors, motion="handwriting", duration_s=10.0))
-    assert found.sees("azimuth_rad")
     assert found.observability.directions == ()
+    assert found.observability.unseen_fraction[found.bound.names.index("azimuth_rad")] == 0
+    assert found.sees("azimuth_rad") is (degrees_of_freedom == 5)

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from estimation.observability import (
     UnobservableDirection,
@@ -16,8 +17,12 @@ from estimation.observability import (
     verdict,
 )
 from estimation.recording import Measurement
+from models.arrays import Array
+from models.motion import AttitudeWhiteJerk, Motion, TipBoundedVelocity
 from models.pen import pen_model
+from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.gyroscope import Gyroscope
+from models.state_space import StateSpaceModel
 from tests.estimation.exact_motions import (
     ACCELERATIONS,
     CONFIGURATIONS,
@@ -29,9 +34,28 @@ from tests.estimation.exact_motions import (
     motion,
     second,
 )
-from tests.models.pens import GYROSCOPE, call, pen
+from tests.models.pens import ACCELEROMETER, GYROSCOPE, call, pen
+from tests.references.free_tangent import attitude_outputs, retracted
 
 pytestmark = pytest.mark.usefixtures("interpreted")
+
+
+def tangent_vector(model: StateSpaceModel, x: Array, direction: UnobservableDirection) -> Array:
+    """Return the tangent vector (n_x,) of a direction; a free pen's turns are in the world."""
+    named = model.tangent
+    names = model.state_names if named is None else named.names
+    units = model.state_units if named is None else named.units
+    vector = np.zeros(model.n_x)
+    for name, amount in direction.changes.items():
+        vector[names.index(name)] = amount
+        assert direction.units[name] == units[names.index(name)]
+    if model.tangent is not None:
+        into_body = Rotation.from_mrp(x[3:6]).inv()
+        for word in ("turning about", "rate of turning about", "angular acceleration about"):
+            part = [i for i, name in enumerate(names) if name.startswith(word)]
+            assert len(part) == 3
+            vector[part] = into_body.apply(vector[part])
+    return vector
 
 
 @pytest.mark.parametrize(("n_q", "inertial", "tip_seen_by"), CONFIGURATIONS)
@@ -48,11 +72,7 @@ def test_each_direction_leaves_every_reading_as_it_is(
         matrix = matrix.reshape(len(along.states), model.n_r, model.n_x)[:, :-3]
     found, columns = along.observability, []
     for direction in found.directions:
-        column = np.zeros(model.n_x)
-        for name, amount in direction.changes.items():
-            column[model.state_names.index(name)] = amount
-            assert direction.units[name] == model.state_units[model.state_names.index(name)]
-        columns.append(column / found.prior_std)
+        columns.append(tangent_vector(model, x, direction) / found.prior_std)
         # The readings' largest change is 2e4 deviations: 1e-7 is rounding.
         assert np.abs(matrix @ columns[-1]).max() < 1e-7 * np.abs(columns[-1]).max()
     assert len(columns) == found.unobservable.shape[1]
@@ -79,22 +99,57 @@ def leading_once(directions: tuple[UnobservableDirection, ...]) -> bool:
 
 
 def test_directions_in_words() -> None:
-    """Zero azimuth: e_ρ is x, so a tilt by 1 looks like an acceleration of -9.81 along x.
+    """A turn by 1 about x looks like an acceleration of -g e_z × e_x, of -9.81 along y.
 
     The acceleration leads: in deviations of the prior it is the larger of the two.
     """
     x = first_state(6)
-    x[3] = x[5] = 0.0
     found = motion(configured(6, "accel+gyro", "nothing"), x, second()).observability
     assert leading_once(found.directions)
-    cos = np.cos(POSE[4])
+    assert [direction.words for direction in found.directions] == [
+        *(f"tip_{axis}_m alone" for axis in "xyz"),
+        "turning about the vertical alone",
+        *(f"tip_{axis}_velocity_m_s alone" for axis in "xyz"),
+        f"tip_x_acceleration_m_s2 by 1 with turning about world y by {1 / 9.81:.3g}",
+        f"tip_y_acceleration_m_s2 by 1 with turning about world x by {-1 / 9.81:.3g}",
+    ]
+
+
+def test_directions_of_a_pen_without_spin_in_words() -> None:
+    """Zero azimuth: e_ρ is x, so a tilt by 1 looks like an acceleration of -9.81 along x."""
+    x = first_state(5)
+    x[3] = 0.0
+    found = motion(configured(5, "accel+gyro", "nothing"), x, second()).observability
+    assert leading_once(found.directions)
     assert [direction.words for direction in found.directions] == [
         *(f"tip_{axis}_m alone" for axis in "xyz"),
         "azimuth_rad alone",
         *(f"tip_{axis}_velocity_m_s alone" for axis in "xyz"),
         f"tip_x_acceleration_m_s2 by 1 with elevation_rad by {-1 / 9.81:.3g}",
-        f"tip_y_acceleration_m_s2 by 1 with spin_rad by {-1 / (9.81 * cos):.3g}",
     ]
+
+
+def test_a_free_pens_biases_hide_a_tilt_and_a_rate() -> None:
+    """Azimuth and spin zero, lying level along x: body axes are -z, y and x of the world.
+
+    Within an area that keeps the tip: R δb_a = -g e_z × δϑ and δb_g = -Rᵀ e_z.
+    """
+    sensors = {
+        **SENSORS,
+        "accel": Accelerometer(**ACCELEROMETER, bias_std_m_s2=0.3),
+        "gyro": Gyroscope(**GYROSCOPE, bias_std_rad_s=0.03),
+    }
+    x = np.concatenate([first_state(6, pose=np.zeros(6)), np.zeros(6)])
+    found = motion(configured(6, "accel+gyro", "area", sensors), x, second()).observability
+    assert leading_once(found.directions)
+    assert sorted(direction.words for direction in found.directions) == sorted(
+        [
+            "turning about the vertical alone",
+            f"accel_bias_y_m_s2 by 1 with turning about world x by {-1 / 9.81:.3g}",
+            f"accel_bias_z_m_s2 by 1 with turning about world y by {1 / 9.81:.3g}",
+            "gyro_bias_x_rad_s by 1 with rate of turning about the vertical by 1",
+        ]
+    )
 
 
 def test_a_bias_of_the_gyroscope_looks_like_a_rate() -> None:
@@ -122,31 +177,67 @@ def test_a_bias_of_the_gyroscope_looks_like_a_rate() -> None:
     assert motion(with_camera, x, second()).observability.directions == ()
 
 
-def test_unseen_fraction_is_what_infinitely_good_readings_leave() -> None:
-    """P = (I + OᵀO)⁻¹ in prior units: 1 / (1 + s²) in every direction, 1 where s = 0."""
-    along = motion(configured(6, "accel", "nothing"), first_state(6), second())
+@pytest.mark.parametrize("n_q", [5, 6])
+def test_unseen_fraction_is_what_infinitely_good_readings_leave(n_q: int) -> None:
+    """P = (I + OᵀO)⁻¹ in prior units: 1 / (1 + s²) in every direction, 1 where s = 0.
+
+    Of what people read: g P gᵀ / g gᵀ with the gradient g of each.
+    """
+    x = first_state(n_q)
+    along = motion(configured(n_q, "accel", "nothing"), x, second())
     matrix = observability_matrix(along.model, along.measurements, along.states)
-    variance = np.diag(np.linalg.inv(np.eye(18) + matrix.T @ matrix))
+    P = np.linalg.inv(np.eye(3 * n_q) + matrix.T @ matrix)
     found = along.observability
+    g = gradients(found.names, x) * found.prior_std
+    variance = np.einsum("oi,ij,oj->o", g, P, g) / (g**2).sum(axis=1)
     unseen = found.unseen_fraction**2
     weakest = found.singular_values[found.rank - 1]
     rounding = 1e-7  # the matrix's condition is 1e8
     assert (variance > unseen - rounding).all()
     assert (variance < unseen + 1 / (1 + weakest**2) + rounding).all()
-    assert unseen.min() < 1e-18
     assert unseen.max() == pytest.approx(1.0, abs=1e-9)
-    assert unseen.sum() == pytest.approx(found.unobservable.shape[1], abs=1e-9)
+    if n_q == 5:  # a free pen's body axes are not those of a direction, nor are its angles
+        assert unseen.min() < 1e-18
+        assert unseen.sum() == pytest.approx(found.unobservable.shape[1], abs=1e-9)
 
 
-def test_free_motions_obey_the_model_exactly() -> None:
-    model = configured(6, "accel+gyro", "area")
-    x = first_state(6, RATES, ACCELERATIONS)
+def gradients(names: tuple[str, ...], x: Array) -> Array:
+    """Of states, and of a free pen's attitude outputs by five-point differences, (n_o, n_x)."""
+    n_x, h = len(x), 1e-3
+    if n_x == 15:
+        return np.eye(15)
+
+    def outputs(d: Array) -> Array:
+        moved = retracted(x, d)
+        rest = iter([*moved[:3], *moved[6:]])
+        shown = attitude_outputs(moved)
+        return np.array([shown[name] if name in shown else next(rest) for name in names])
+
+    columns = [
+        (8 * (outputs(h * e) - outputs(-h * e)) - outputs(2 * h * e) + outputs(-2 * h * e))
+        / (12 * h)
+        for e in np.eye(n_x)
+    ]
+    return np.stack(columns, axis=1)
+
+
+@pytest.mark.parametrize("n_q", [5, 6])
+def test_free_motions_obey_the_model_exactly(n_q: int) -> None:
+    model = configured(n_q, "accel+gyro", "area")
+    x = first_state(n_q, RATES, ACCELERATIONS)
     measurements, states = free_motion(model, x, duration_s=0.4, steps=8)
     times = np.array([measurement.time_s for measurement in measurements])
     np.testing.assert_allclose(times, 0.05 * np.arange(9), atol=1e-15)
-    q, v, a = (x[6 * i : 6 * i + 6] for i in range(3))
+    q, v, a = (x[n_q * i : n_q * i + n_q] for i in range(3))
     t = times[:, None]
     expected = np.hstack([q + v * t + a * t**2 / 2, v + a * t, a + 0 * t])
+    if n_q == 6:
+        attitude, turned = Rotation.from_mrp(x[3:6]), []
+        for k in range(9):
+            turned.append(attitude.as_mrp())
+            rate = v[3:] + 0.05 * k * a[3:]
+            attitude = attitude * Rotation.from_rotvec(0.05 * rate + 0.05**2 / 2 * a[3:])
+        expected[:, 3:6] = turned
     np.testing.assert_allclose(states, expected, atol=1e-12)
     for measurement, state in zip(measurements, states, strict=True):
         readings = np.concatenate([call(sensor.h, state) for sensor in model.sensors])
@@ -156,12 +247,12 @@ def test_free_motions_obey_the_model_exactly() -> None:
 @cache
 def verdict_with(seen_by: str) -> Verdict:
     """Three seconds of a gently moving pen, with the process noise of a writing hand."""
-    process = {
-        "tip_jerk_density_m_s3_per_sqrt_hz": 10.0,
-        "angle_jerk_density_rad_s3_per_sqrt_hz": 20.0,
-    }
+    hand = Motion(
+        tip=TipBoundedVelocity(speed_m_s=0.15, correlation_time_s=0.1),
+        attitude=AttitudeWhiteJerk(jerk_density_rad_s3_per_sqrt_hz=20.0),
+    )
     x = first_state(6, 0.3 * RATES, 0.05 * ACCELERATIONS)
-    model = configured(6, "accel+gyro", seen_by, process_noise=process)
+    model = configured(6, "accel+gyro", seen_by, motion=hand)
     along = motion(model, x, np.arange(76) / 25)
     return verdict(model, along.measurements, along.states)
 
@@ -170,9 +261,9 @@ def test_with_an_area_the_elevation_is_seen_and_the_azimuth_is_not() -> None:
     found = verdict_with("area")
     assert not found.sees("azimuth_rad")
     assert found.sees("elevation_rad")
-    assert found.sees("azimuth_rate_rad_s")
+    assert found.sees("body_rate_z_rad_s")
     (heading,) = found.observability.directions
-    assert next(iter(heading.changes)) == "azimuth_rad"
+    assert next(iter(heading.changes)) == "turning about the vertical"
 
 
 def test_with_a_camera_every_state_is_seen() -> None:
@@ -196,7 +287,7 @@ def test_a_verdict_takes_the_worse_of_gramian_and_bound() -> None:
 
 
 def test_what_a_part_of_a_motion_shows_is_shown() -> None:
-    """At rest, then writing: of a lone accelerometer 11 directions stay, then 7."""
+    """At rest, then writing: of a lone accelerometer 11 directions stay, then 9."""
     model = configured(6, "accel", "nothing")
     still, moving = first_state(6), first_state(6, RATES, ACCELERATIONS)
     ranks = []
@@ -205,4 +296,4 @@ def test_what_a_part_of_a_motion_shows_is_shown() -> None:
         readings = [call(model.sensor("accel").h, x) for x in states]
         measurements = [Measurement(0.01 * k, y) for k, y in enumerate(readings)]
         ranks.append(verdict(model, measurements, states).observability.rank)
-    assert ranks == [7, 11]
+    assert ranks == [7, 9]

@@ -15,6 +15,7 @@ from models.sensor_kinds.contact import Contact
 from models.sensor_kinds.gyroscope import Gyroscope
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_kinds.writing_area import WritingArea
+from tests.references.free_states import body_to_world
 
 Array = NDArray[np.float64]
 
@@ -81,13 +82,18 @@ def every_sensor(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def random_state(rng: np.random.Generator, degrees_of_freedom: int, n_biases: int = 0) -> Array:
-    """Return a brisk pen, its axis anywhere but within 0.2 rad of upright."""
+    """Return a brisk pen, its axis anywhere but within 0.2 rad of upright.
+
+    With six degrees of freedom its angles are drawn alike, and rates and accelerations of its
+    body in place of theirs.
+    """
     n_angles = degrees_of_freedom - 3
     angles = rng.uniform([-np.pi, -1.3, -np.pi], [np.pi, 1.3, np.pi])[:n_angles]
+    is_free = degrees_of_freedom == 6
     return np.concatenate(
         [
             rng.uniform(-0.2, 0.2, 3),
-            angles,
+            body_to_world(*angles[:, None]).as_mrp()[0] if is_free else angles,
             rng.normal(0, 0.3, 3),
             rng.normal(0, 3.0, n_angles),
             rng.normal(0, 5.0, 3),

@@ -13,6 +13,7 @@ from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.gyroscope import Gyroscope
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, GYROSCOPE, Array, call, pen, random_state
+from tests.references.free_states import free_state, still_state
 
 DIGITS = 5e-9  # half a unit of the eighth decimal
 GRAVITY = 9.81
@@ -22,6 +23,13 @@ ANGLES, RATES, ACCELERATIONS = (0.7, 0.9), (1.3, -0.8), (0.5, 0.4)
 ROTATION_PART = np.array([-0.12229012, 0.194012495616, -0.12930142])
 GRAVITY_PART = np.array([-6.09799379, 0.0, 7.68443698])
 BODY_RATE = np.array([-0.80809296, 0.8, 1.01832498])
+
+
+def as_state(q: Array, q_dot: Array, q_ddot: Array, degrees_of_freedom: int) -> Array:
+    """Return the state of a pen that does not spin, from five coordinates and their derivatives."""
+    if degrees_of_freedom == 5:
+        return np.concatenate([q, q_dot, q_ddot])
+    return free_state(np.concatenate([[*part, 0.0] for part in (q, q_dot, q_ddot)]))
 
 
 def rigid_body_function(gravity: float) -> ca.Function:
@@ -66,11 +74,9 @@ def axis_pen(degrees_of_freedom: int, gravity: float = GRAVITY) -> StateSpaceMod
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 def test_sensors_read_the_check_values(degrees_of_freedom: int) -> None:
     model = axis_pen(degrees_of_freedom)
-    no_spin = (0.0,) * (degrees_of_freedom - 5)
-    moving = np.concatenate(
-        [tip_at_rest((*part, *no_spin)) for part in (ANGLES, RATES, ACCELERATIONS)]
-    )
-    still = np.concatenate([tip_at_rest((*part, *no_spin)) for part in (ANGLES, (0, 0), (0, 0))])
+    q, q_dot, q_ddot, rest = map(tip_at_rest, (ANGLES, RATES, ACCELERATIONS, (0.0, 0.0)))
+    moving = as_state(q, q_dot, q_ddot, degrees_of_freedom)
+    still = as_state(q, rest, rest, degrees_of_freedom)
     accel, gyro = model.sensor("accel").h, model.sensor("gyro").h
     assert np.abs(call(accel, still) - GRAVITY_PART).max() < DIGITS
     assert np.abs(call(accel, moving) - call(accel, still) - ROTATION_PART).max() < DIGITS
@@ -82,10 +88,7 @@ def test_sensors_read_the_check_values(degrees_of_freedom: int) -> None:
 @pytest.mark.parametrize("seed", range(5))
 def test_expansions_on_the_axis(degrees_of_freedom: int, seed: int) -> None:
     """f_b and ω_b as section 1 writes them out, typed here a second time."""
-    x = random_state(np.random.default_rng(seed), degrees_of_freedom)
-    q, q_dot, q_ddot = x.reshape(3, degrees_of_freedom)
-    if degrees_of_freedom == 6:
-        q[5] = q_dot[5] = q_ddot[5] = 0.0
+    q, q_dot, q_ddot = random_state(np.random.default_rng(seed), 5).reshape(3, 5)
     phi, theta = q[3:5]
     rate_phi, rate_theta = q_dot[3:5]
     phi_2, theta_2 = q_ddot[3:5]
@@ -103,15 +106,14 @@ def test_expansions_on_the_axis(degrees_of_freedom: int, seed: int) -> None:
     )
     rate = np.array([-cos * rate_phi, -rate_theta, sin * rate_phi])
     model = axis_pen(degrees_of_freedom)
-    state = np.concatenate([q, q_dot, q_ddot])
+    state = as_state(q, q_dot, q_ddot, degrees_of_freedom)
     assert call(model.sensor("accel").h, state) == pytest.approx(force, rel=1e-12, abs=1e-12)
     assert call(model.sensor("gyro").h, state) == pytest.approx(rate, rel=1e-12, abs=1e-12)
 
 
 def test_free_fall_reads_nothing_and_rest_reads_gravity_upwards() -> None:
     model = axis_pen(6, gravity=9.83)
-    x = np.zeros(18)
-    x[4] = np.pi / 2
+    x = still_state(np.pi / 2)
     assert call(model.sensor("accel").h, x) == pytest.approx([0, 0, 9.83], abs=1e-14)
     x[14] = -9.83
     assert call(model.sensor("accel").h, x) == pytest.approx([0, 0, 0], abs=1e-14)

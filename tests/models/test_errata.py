@@ -14,7 +14,10 @@ import numpy as np
 import pytest
 
 from models import printed
+from models.euler_pen import euler_body
+from models.free_pen import OMEGA
 from models.kinematics import RigidBody
+from models.motion import white_jerk_motion
 from models.pen import pen_model
 from models.rotation import world_to_body
 from models.sensor_kinds.accelerometer import Accelerometer
@@ -62,7 +65,13 @@ def axis_pen(degrees_of_freedom: int = 5, **mounting: Any) -> StateSpaceModel:
         "accel": Accelerometer(**ACCELEROMETER, position_m=(0.0, 0.0, R), **mounting),
         "gyro": Gyroscope(**GYROSCOPE, **mounting),
     }
-    config = pen(degrees_of_freedom, sensors, fixed_spin_rad=0.0, gravity_m_s2=GRAVITY)
+    config = pen(
+        degrees_of_freedom,
+        sensors,
+        fixed_spin_rad=0.0,
+        gravity_m_s2=GRAVITY,
+        motion=white_jerk_motion(100.0, 1000.0),
+    )
     return pen_model(config)
 
 
@@ -250,11 +259,17 @@ def test_e7_the_tilts_are_not_azimuth_and_elevation() -> None:
 
 def test_e8_a_pen_without_roll_spins() -> None:
     """ωz vanishes where ψ̇ = -sinθ ωφ, and not where the pen does not spin."""
+    q, q_dot = ca.SX.sym("q", 6), ca.SX.sym("q_dot", 6)
+    rate = ca.Function("w", [q, q_dot], [euler_body(q, q_dot, ca.SX.zeros(6)).body_rate()])
     gyro = axis_pen(6).sensor("gyro")
-    x = random_state(np.random.default_rng(1), 6)
-    x[5] = 0.8
-    unspun = x.copy()
-    unspun[11] = 0.0
-    x[11] = -np.sin(x[4]) * x[9]
-    assert call(gyro.h, x)[2] == pytest.approx(0, abs=1e-14)
-    assert call(gyro.h, unspun)[2] == pytest.approx(np.sin(x[4]) * x[9], rel=1e-12)
+    rng = np.random.default_rng(1)
+    for x in STATES:
+        angles, rates = np.array([*x[:5], 0.8]), np.array([*x[5:10], 0.0])
+        unspun = call(rate, angles, rates)
+        assert unspun[2] == pytest.approx(np.sin(x[4]) * x[8], rel=1e-12)
+        rates[5] = -np.sin(x[4]) * x[8]
+        without_roll = call(rate, angles, rates)
+        assert without_roll[2] == pytest.approx(0, abs=1e-14)
+        free = random_state(rng, 6)
+        free[OMEGA] = without_roll
+        assert call(gyro.h, free) == pytest.approx(without_roll, abs=1e-14)

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from models.arrays import Array
-from models.heading import heading_symmetry
+from models.heading import free_heading_symmetry, heading_symmetry
 from models.pen import pen_model
 from models.state_space import StateSpaceModel
 from tests.models.pens import call, every_sensor, pen, random_state
@@ -32,8 +32,10 @@ def turned(model: StateSpaceModel, x: Array, angle: float) -> Array:
     return call(symmetry, x, angle)
 
 
-def long_axis(x: Array) -> Array:
+def long_axis(x: Array, degrees_of_freedom: int) -> Array:
     """From tip to top: e_r = (cosθ cosφ, cosθ sinφ, sinθ)."""
+    if degrees_of_freedom == 6:
+        return np.asarray(Rotation.from_mrp(x[3:6]).apply([0.0, 0.0, 1.0]))
     azimuth, elevation = x[3:5]
     level = np.cos(elevation) * np.array([np.cos(azimuth), np.sin(azimuth)])
     return np.array([*level, np.sin(elevation)])
@@ -64,7 +66,7 @@ def test_a_full_turn_is_none(degrees_of_freedom: int) -> None:
 
 @pytest.mark.parametrize("angle", ANGLES)
 def test_vectors_turn_about_the_vertical(degrees_of_freedom: int, angle: float) -> None:
-    """Tip about the centre, velocity, acceleration and the long axis; nothing else moves."""
+    """Tip about the centre, velocity, acceleration and the attitude; nothing else moves."""
     model, x = a_pen(degrees_of_freedom)
     seen, n_q = turned(model, x, angle), degrees_of_freedom
     turn = Rotation.from_euler("z", angle)
@@ -73,10 +75,26 @@ def test_vectors_turn_about_the_vertical(degrees_of_freedom: int, angle: float) 
     for start in (n_q, 2 * n_q):
         rows = slice(start, start + 3)
         np.testing.assert_allclose(seen[rows], turn.apply(x[rows]), rtol=0, atol=1e-14)
-    np.testing.assert_allclose(long_axis(seen), turn.apply(long_axis(x)), rtol=0, atol=1e-14)
-    moved = {*range(4), *range(n_q, n_q + 3), *range(2 * n_q, 2 * n_q + 3)}
+    axis, seen_axis = long_axis(x, n_q), long_axis(seen, n_q)
+    np.testing.assert_allclose(seen_axis, turn.apply(axis), rtol=0, atol=1e-14)
+    attitude = range(3, 6) if n_q == 6 else range(3, 4)
+    moved = {*range(3), *attitude, *range(n_q, n_q + 3), *range(2 * n_q, 2 * n_q + 3)}
     rest = [i for i in range(model.n_x) if i not in moved]
     np.testing.assert_array_equal(seen[rest], x[rest])
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_an_attitude_turns_as_a_whole(degrees_of_freedom: int, angle: float) -> None:
+    """Body to world, by SciPy; with five degrees of freedom what moves is the azimuth alone."""
+    model, x = a_pen(degrees_of_freedom)
+    seen = turned(model, x, angle)
+    if degrees_of_freedom == 5:
+        assert seen[3] == pytest.approx(x[3] + angle, abs=1e-15)
+        return
+    expected = Rotation.from_euler("z", angle) * Rotation.from_mrp(x[3:6])
+    away = (expected.inv() * Rotation.from_mrp(seen[3:6])).magnitude()
+    assert away < 1e-14
+    assert np.linalg.norm(seen[3:6]) <= 1 + 1e-15
 
 
 @pytest.mark.parametrize("angle", ANGLES)
@@ -126,7 +144,11 @@ def test_the_centre_is_the_origin_without_an_area(degrees_of_freedom: int) -> No
     config = pen(degrees_of_freedom, every_sensor(rng))
     model = pen_model(config, INERTIAL, writing_area=False)
     x = random_state(rng, degrees_of_freedom, model.n_x - 3 * degrees_of_freedom)
-    own = heading_symmetry(degrees_of_freedom, model.n_x)
+    own = (
+        free_heading_symmetry(model.n_x)
+        if degrees_of_freedom == 6
+        else heading_symmetry(degrees_of_freedom, model.n_x)
+    )
     np.testing.assert_array_equal(turned(model, x, 0.4), call(own, x, 0.4))
     turn = Rotation.from_euler("z", 0.4)
     np.testing.assert_allclose(turned(model, x, 0.4)[:3], turn.apply(x[:3]), rtol=0, atol=1e-15)

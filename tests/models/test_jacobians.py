@@ -8,23 +8,35 @@ from functools import cache
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from models.free_pen import ALPHA, OMEGA, SIGMA, TIP, A, V
+from models.motion import Motion, TipBoundedVelocity, white_jerk_motion
 from models.pen import pen_model
 from models.state_space import StateSpaceModel
 from tests.models.pens import Array, call, every_sensor, pen, random_state
+from tests.references.free_states import still_state
 from tests.references.trajectory import first_difference
 
 RELATIVE = 1e-6
+OF_LARGEST = 1e-9
+"""Beside it: of the largest entry."""
 STEP = 1e-3
 SENSORS = ("accel", "gyro", "camera", "contact", "area")
 N_BIASES = 5
+SEEDS = range(16)
+"""Enough for angles beyond half a turn and attitudes beyond the shadow."""
+CORRELATION_TIME_S = 0.15
 STEPS_S = (0.0, 1e-4, 0.01, 0.2)
 
 
 @cache
 def model_of(degrees_of_freedom: int) -> StateSpaceModel:
     sensors = every_sensor(np.random.default_rng(degrees_of_freedom))
-    return pen_model(pen(degrees_of_freedom, sensors))
+    if degrees_of_freedom == 5:
+        return pen_model(pen(5, sensors, motion=white_jerk_motion(100.0, 1000.0)))
+    tip = TipBoundedVelocity(speed_m_s=0.3, correlation_time_s=CORRELATION_TIME_S)
+    return pen_model(pen(6, sensors, motion=Motion(tip=tip)))
 
 
 def difference_jacobian(function: Callable[[Array], Array], at: Array, step: float) -> Array:
@@ -63,31 +75,52 @@ def assert_jacobian(
     unresolved = row_size * (4 * np.finfo(float).eps / step + fifth_derivative * step**4 / 30)
     excess = np.abs(exact - numeric) - RELATIVE * np.abs(exact) - unresolved
     assert excess.max() < 0, np.unravel_index(excess.argmax(), excess.shape)
+    assert np.abs(exact - numeric).max() <= OF_LARGEST * np.abs(exact).max()
 
 
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 @pytest.mark.parametrize("dt", STEPS_S)
 @pytest.mark.parametrize("which", [0, 1], ids=["x", "w"])
 def test_transition(degrees_of_freedom: int, dt: float, which: int) -> None:
-    """f is linear, so any step is exact and a long one rounds least."""
+    """With five degrees of freedom f is linear: any step is exact, and a long one rounds least."""
     model = model_of(degrees_of_freedom)
     rng = np.random.default_rng(11)
     x = random_state(rng, degrees_of_freedom, N_BIASES)
     arguments = [x, rng.standard_normal(model.n_w), np.array([dt])]
-    assert_jacobian(model.f, which, arguments, step=1.0, fifth_derivative=0.0)
+    if degrees_of_freedom == 5:
+        assert_jacobian(model.f, which, arguments, step=1.0, fifth_derivative=0.0)
+    else:
+        assert_jacobian(model.f, which, arguments)
 
 
-@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
-def test_transition_by_its_step(degrees_of_freedom: int) -> None:
+def test_transition_by_its_step() -> None:
     """∂f/∂Δt without noise is the rate of the state at the end of the step."""
-    model = model_of(degrees_of_freedom)
-    n, dt = degrees_of_freedom, 0.05
+    model, n, dt = model_of(5), 5, 0.05
     x = random_state(np.random.default_rng(12), n, N_BIASES)
     still, later = np.zeros(model.n_w), np.array([dt])
     moved = difference_jacobian(lambda step: call(model.f, x, still, step), later, STEP)
     velocity, acceleration = x[n : 2 * n], x[2 * n : 3 * n]
     rate = np.concatenate([velocity + acceleration * dt, acceleration, np.zeros(n + N_BIASES)])
     assert moved.ravel() == pytest.approx(rate, rel=1e-10, abs=1e-10)
+
+
+def test_transition_of_the_free_pen_by_its_step() -> None:
+    """The same: vectors by the chains' differential equations, the attitude by SciPy's turns."""
+    model, dt = model_of(6), 0.05
+    x = random_state(np.random.default_rng(12), 6, N_BIASES)
+    still, later = np.zeros(model.n_w), np.array([dt])
+    moved = difference_jacobian(lambda step: call(model.f, x, still, step), later, 4e-4).ravel()
+    end, forgets = call(model.f, x, still, later), 1 / CORRELATION_TIME_S
+
+    def turned(time: float) -> Array:
+        turn = Rotation.from_rotvec(time * x[OMEGA] + time**2 / 2 * x[ALPHA])
+        return np.asarray((Rotation.from_mrp(x[SIGMA]) * turn).as_mrp())
+
+    rate = np.zeros(model.n_x)
+    rate[TIP], rate[V], rate[OMEGA] = end[V], end[A], end[ALPHA]
+    rate[A] = -(forgets**2) * end[V] - 2 * forgets * end[A]
+    rate[SIGMA] = first_difference(turned, dt, 4e-4)
+    assert moved == pytest.approx(rate, rel=1e-10, abs=1e-9)
 
 
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
@@ -134,16 +167,13 @@ def test_residual_at_zero_is_minus_the_reading(degrees_of_freedom: int) -> None:
         assert by_x == pytest.approx(-of_h, abs=0)
 
 
-@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 @pytest.mark.parametrize("which", [0, 1])
-@pytest.mark.parametrize("seed", range(6))
-def test_retract_and_difference(degrees_of_freedom: int, which: int, seed: int) -> None:
+@pytest.mark.parametrize("seed", SEEDS)
+def test_retract_and_difference(which: int, seed: int) -> None:
     """Also where the sum has left (-π, π]; only the jump itself has no derivative."""
-    model = model_of(degrees_of_freedom)
+    model, angles = model_of(5), slice(3, 5)
     rng = np.random.default_rng(seed)
-    x = random_state(rng, degrees_of_freedom, N_BIASES)
-    other = random_state(rng, degrees_of_freedom, N_BIASES)
-    angles = slice(3, degrees_of_freedom)
+    x, other = (random_state(rng, 5, N_BIASES) for _ in range(2))
     for function, plain in ((model.retract, x + other), (model.difference, x - other)):
         wrapped = call(function, x, other)
         assert np.abs(np.abs(wrapped[angles]) - np.pi).min() > 4 * STEP
@@ -153,13 +183,52 @@ def test_retract_and_difference(degrees_of_freedom: int, which: int, seed: int) 
 
 
 def test_some_of_those_angles_were_wrapped() -> None:
-    model = model_of(6)
+    model = model_of(5)
     wrapped = 0
-    for seed in range(6):
+    for seed in SEEDS:
         rng = np.random.default_rng(seed)
-        x, other = (random_state(rng, 6, N_BIASES) for _ in range(2))
+        x, other = (random_state(rng, 5, N_BIASES) for _ in range(2))
         wrapped += int((np.abs((x + other) - call(model.retract, x, other)) > 1).sum())
     assert wrapped >= 3
+
+
+@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_retract_and_difference_of_the_free_pen(which: int, seed: int) -> None:
+    """Values by SciPy's rotations, on either side of the shadow; the jump has no derivative."""
+    model, rng = model_of(6), np.random.default_rng(seed)
+    x, other = (random_state(rng, 6, N_BIASES) for _ in range(2))
+    delta = rng.normal(size=model.n_x)
+    R, R_other = (Rotation.from_mrp(state[SIGMA]) for state in (x, other))
+
+    moved, R_moved = x + delta, R * Rotation.from_mrp(delta[SIGMA] / 4)
+    moved[SIGMA] = R_moved.as_mrp()
+    away = x - other
+    away[SIGMA] = 4 * (R_other.inv() * R).as_mrp()
+    for vector in (V, A):
+        moved[vector] = (R_moved * R.inv()).apply(x[vector]) + delta[vector]
+        away[vector] = x[vector] - (R * R_other.inv()).apply(other[vector])
+    for function, second, expected, length in (
+        (model.retract, delta, moved, 1.0),
+        (model.difference, other, away, 4.0),
+    ):
+        found = call(function, x, second)
+        assert found == pytest.approx(expected, rel=1e-13, abs=1e-13)
+        assert abs(np.linalg.norm(found[SIGMA]) / length - 1) > 4 * STEP
+        assert_jacobian(function, which, [x, second])
+
+
+def test_some_of_those_attitudes_were_shadows() -> None:
+    """SciPy's product of quaternions with w ≥ 0 had w < 0."""
+    shadows = 0
+    for seed in SEEDS:
+        rng = np.random.default_rng(seed)
+        x, other = (random_state(rng, 6, N_BIASES) for _ in range(2))
+        (*xyz, w), (*xyz_2, w_2) = (
+            Rotation.from_mrp(state[SIGMA]).as_quat(canonical=True) for state in (x, other)
+        )
+        shadows += int(w * w_2 + np.dot(xyz, xyz_2) < 0)
+    assert shadows >= 2
 
 
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
@@ -168,6 +237,24 @@ def test_regularity(degrees_of_freedom: int) -> None:
     model = model_of(degrees_of_freedom)
     x = random_state(np.random.default_rng(5), degrees_of_freedom, N_BIASES)
     assert_jacobian(model.regularity, 0, [x])
-    assert call(model.regularity, x) == pytest.approx(np.cos(x[4]), abs=1e-15)
-    x[4] = np.pi / 2
+    is_free = degrees_of_freedom == 6
+    cosine = (
+        np.linalg.norm(Rotation.from_mrp(x[SIGMA]).apply([0, 0, 1])[:2])
+        if is_free
+        else np.cos(x[4])
+    )
+    assert call(model.regularity, x) == pytest.approx(cosine, abs=1e-15)
+    if is_free:
+        x[SIGMA] = still_state(np.pi / 2, azimuth=0.4, spin=1.1)[SIGMA]
+    else:
+        x[4] = np.pi / 2
     assert call(model.regularity, x) == pytest.approx(0, abs=1e-15)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_people_read(seed: int) -> None:
+    """Outputs of the free pen by its state: their deviations come from this Jacobian."""
+    model = model_of(6)
+    x = random_state(np.random.default_rng(seed), 6, N_BIASES)
+    assert model.outputs is not None
+    assert_jacobian(model.outputs.function, 0, [x], step=3e-4)  # angles bend near upright

@@ -17,6 +17,7 @@ from models.pen_config import PenConfig
 from models.pen_file import load_pen, parse_pen
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, CAMERA, call
+from tests.references.free_states import still_state
 
 SENSORS: dict[str, Any] = {
     "accel": {"kind": "accelerometer", **ACCELEROMETER},
@@ -103,6 +104,15 @@ def test_every_contact_sensor_says_that_the_tip_touches() -> None:
 def test_bounds_above_the_paper_stay() -> None:
     bounds = {"tip_z_m": (-np.inf, 0.3), "elevation_rad": (0.1, 1.4)}
     held = pen_model(pen(paper={"height_m": 0.02}, bounds=bounds))
+    assert (held.lower[2], held.upper[2]) == (0.02, 0.3)
+    x = np.zeros(held.n_x)
+    x[:18] = still_state(1.5)
+    assert call(held.inequality, x) == pytest.approx([0.1, -1.4], abs=1e-12)
+
+
+def test_bounds_above_the_paper_stay_without_spin() -> None:
+    bounds = {"tip_z_m": (-np.inf, 0.3), "elevation_rad": (0.1, 1.4)}
+    held = pen_model(pen(paper={"height_m": 0.02}, bounds=bounds, degrees_of_freedom=5))
     assert (held.lower[2], held.upper[2], held.upper[4]) == (0.02, 0.3, 1.4)
 
 

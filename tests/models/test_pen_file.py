@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,14 @@ import pytest
 
 from models.bundled import bundled_pens
 from models.errors import InputError
+from models.motion import (
+    AttitudeBoundedRate,
+    Motion,
+    TipBoundedVelocity,
+    TipMatern,
+    TipWhiteJerk,
+    white_jerk_motion,
+)
 from models.pen import pen_model
 from models.pen_file import as_pen, load_pen, parse_pen, presets
 from models.sensor_kinds.accelerometer import Accelerometer
@@ -25,6 +34,7 @@ DPOINT = Path(str(resources.files("models") / "pens" / "dpoint.toml"))
 PEN = 'name = "p"\n[sensors.tip]\n'
 ACCEL = PEN + 'kind = "accelerometer"\n'
 GOOD = ACCEL + "noise_density_ug_per_sqrt_hz = 90\nbandwidth_hz = 50\n"
+TIP = '[motion.tip]\nchain = "bounded_velocity"\n'
 TURNED = GOOD + "sensor_to_body = "
 
 
@@ -44,7 +54,7 @@ def test_dpoint() -> None:
     assert list(config.sensors) == ["accel", "gyro", "camera", "contact", "area"]
     accel, gyro, camera = (config.sensors[name] for name in ("accel", "gyro", "camera"))
     assert isinstance(accel, Accelerometer)
-    assert accel.noise_density_m_s2_per_sqrt_hz == pytest.approx(450e-6 * G)
+    assert accel.noise_density_m_s2_per_sqrt_hz == pytest.approx(225e-6 * G)
     assert accel.range_m_s2 == pytest.approx(4 * G)  # its own, not the preset's 2 g
     assert accel.resolution_m_s2 == pytest.approx(0.061e-3 * G)  # the preset's
     assert isinstance(gyro, Gyroscope)
@@ -52,6 +62,9 @@ def test_dpoint() -> None:
     assert gyro.bias_std_rad_s == pytest.approx(2 * DEG)
     assert isinstance(camera, PoseCamera)
     assert (camera.delay_s, camera.position_std_m) == pytest.approx((0.045, 0.00015))
+    tip, attitude = config.motion.tip, config.motion.attitude
+    assert tip == TipBoundedVelocity(speed_m_s=0.08, correlation_time_s=0.1)
+    assert attitude == white_jerk_motion(1.0, 40.0).attitude
 
 
 def test_dpoint_as_a_model() -> None:
@@ -83,6 +96,8 @@ def test_an_override_replaces_the_preset_in_any_unit(override: dict[str, float])
     assert plain.range_m_s2 == pytest.approx(2 * G)
     assert changed == plain
 
+
+OLD_FILE = r"ignore:\[process_noise\] is read for the last time:FutureWarning"
 
 MISTAKES = {
     "not TOML": ("name = ", "", "expected TOML"),
@@ -127,10 +142,36 @@ MISTAKES = {
     "unknown axis": (GOOD + 'axes = ["w"]', "sensors.tip.axes.0:", "'x', 'y' or 'z'"),
     "zero process noise": (GOOD + "[process_noise]\ntip_jerk_density_m_s3_per_sqrt_hz = 0",
                            "process_noise.tip_jerk_density_m_s3_per_sqrt_hz:", "greater than 0"),
+    "zero speed": (GOOD + TIP + "speed_m_s = 0\ncorrelation_time_s = 0.1",
+                   "motion.tip.speed_m_s:", "greater than 0"),
+    "unknown chain": (GOOD + '[motion.tip]\nchain = "white_jurk"', "key motion.tip:",
+                      "expected tags: 'white_jerk', 'bounded_velocity', 'matern'; did you mean"),
+    "no chain": (GOOD + "[motion.attitude]\nrate_rad_s = 1", "key motion.attitude.chain:",
+                 "is missing, expected one of white_jerk, bounded_velocity"),
+    "an attitude that stays somewhere": (GOOD + '[motion.attitude]\nchain = "matern"',
+                                         "key motion.attitude:",
+                                         "expected tags: 'white_jerk', 'bounded_velocity'"),
+    "unknown key of a chain": (GOOD + TIP + "sped_m_s = 1", "key motion.tip: unknown key sped_m_s",
+                               "did you mean speed_m_s?"),
+    "key of another chain": (GOOD + TIP + "std_mm = 1", "key motion.tip: unknown key std_mm;",
+                             "expected one of chain, correlation_time_s, speed_m_s"),
+    "wrong unit of a chain": (GOOD + TIP + "speed_furlong_s = 1",
+                              "key motion.tip: unknown key speed_furlong_s;",
+                              "expected speed_m_s or speed_mm_s"),
+    "half a chain": (GOOD + TIP + "speed_m_s = 1", "key motion.tip.correlation_time_s:",
+                     "is missing"),
+    "unknown part of a motion": (GOOD + "[motion.tips]", "key motion: unknown key tips;",
+                                 "expected one of attitude, tip; did you mean tip?"),
+    "a motion that is no table": ("motion = 3\n" + GOOD, "key motion:", "valid dictionary"),
+    "motion and process noise": (GOOD + "[process_noise]\n[motion]", "process_noise and motion",
+                                 "expected motion alone"),
+    "unknown process noise": (GOOD + "[process_noise]\njerk = 1", "process_noise: unknown key",
+                              "jerk; expected [motion] in its place"),
     "a word for a number": (GOOD + 'rate_hz = "fast"', "sensors.tip.rate_hz:", "valid number"),
 }  # fmt: skip
 
 
+@pytest.mark.filterwarnings(OLD_FILE)
 @pytest.mark.parametrize(("text", "key", "expected"), MISTAKES.values(), ids=MISTAKES.keys())
 def test_one_sentence_for_a_mistake(text: str, key: str, expected: str, tmp_path: Path) -> None:
     """It names the file, then the key, then what was expected."""
@@ -213,3 +254,88 @@ def test_bound_on_an_unknown_state_is_found_by_the_model(tmp_path: Path) -> None
     config = load(tmp_path, GOOD + "[bounds]\ntip_z_mm = [0, 1]")
     with pytest.raises(InputError, match="unknown state tip_z_mm; expected one of tip_x_m"):
         pen_model(config)
+
+
+MOVED = {
+    "white jerk": (
+        'chain = "white_jerk"\njerk_density_m_s3_per_sqrt_hz = 3',
+        TipWhiteJerk(jerk_density_m_s3_per_sqrt_hz=3.0),
+    ),
+    "white jerk, as it comes": ('chain = "white_jerk"', TipWhiteJerk()),
+    "bounded velocity": (
+        'chain = "bounded_velocity"\nspeed_mm_s = 80\ncorrelation_time_ms = 100',
+        TipBoundedVelocity(speed_m_s=0.08, correlation_time_s=0.1),
+    ),
+    "Matérn": (
+        'chain = "matern"\nstd_cm = 5\ncorrelation_time_s = 0.3\ncentre_cm = [10, 0, -2]',
+        TipMatern(std_m=0.05, correlation_time_s=0.3, centre_m=(0.1, 0.0, -0.02)),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_a_motion_in_any_unit(name: str, tmp_path: Path) -> None:
+    text, expected = MOVED[name]
+    tip = load(tmp_path, f"{GOOD}[motion.tip]\n{text}").motion.tip
+    assert type(tip) is type(expected)
+    for key, value in expected.model_dump().items():
+        found = getattr(tip, key)
+        assert found == (value if isinstance(value, str) else pytest.approx(value, rel=1e-14))
+
+
+def test_an_attitude_in_any_unit(tmp_path: Path) -> None:
+    chain = 'chain = "bounded_velocity"\nrate_deg_s = 90\ncorrelation_time_s = 0.5'
+    attitude = load(tmp_path, f"{GOOD}[motion.attitude]\n{chain}").motion.attitude
+    assert isinstance(attitude, AttitudeBoundedRate)
+    assert attitude.rate_rad_s == pytest.approx(90 * DEG, rel=1e-14)
+
+
+def test_a_file_without_a_motion_has_a_hand(tmp_path: Path) -> None:
+    assert load(tmp_path, GOOD).motion == Motion()
+    alone = load(tmp_path, GOOD + TIP + "speed_m_s = 1\ncorrelation_time_s = 1").motion
+    assert alone.attitude == Motion().attitude
+
+
+OLD = """[process_noise]
+tip_jerk_density_m_s3_per_sqrt_hz = 10.0
+angle_jerk_density_deg_s3_per_sqrt_hz = 20.0
+"""
+RENEWED = """[motion.tip]
+chain = "white_jerk"
+jerk_density_m_s3_per_sqrt_hz = 10.0
+[motion.attitude]
+chain = "white_jerk"
+jerk_density_deg_s3_per_sqrt_hz = 20.0"""
+
+
+def test_old_process_noise_is_white_jerk_and_says_so(tmp_path: Path) -> None:
+    """The warning has the lines to write; written, they are the same pen without a warning."""
+    with pytest.warns(FutureWarning) as said:
+        old = load(tmp_path, GOOD + OLD)
+    (warning,) = said
+    first, _, lines = str(warning.message).partition("\n")
+    assert first == "[process_noise] is read for the last time in pen-mhe 0.2; write in its place"
+    assert lines == RENEWED
+    assert old.motion == white_jerk_motion(10.0, 20.0 * DEG)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert load(tmp_path, GOOD + lines) == old
+
+
+@pytest.mark.filterwarnings(OLD_FILE)
+def test_half_an_old_process_noise_keeps_its_old_default(tmp_path: Path) -> None:
+    old = load(tmp_path, GOOD + OLD[: OLD.index("angle")])
+    assert old.motion == white_jerk_motion(10.0, 1000.0)
+
+
+def test_a_file_of_the_last_release_is_read_as_it_is(data_folder: Path) -> None:
+    path = data_folder / "foreign" / "pen_right_mounting.toml"
+    if not path.is_file():
+        pytest.skip(f"{path} is absent")
+    with pytest.warns(FutureWarning, match=r"^\[process_noise\] is read for the last time"):
+        config = load_pen(path)
+    assert config.degrees_of_freedom == 6
+    assert config.motion == white_jerk_motion(10.0, 20.0)
+    model = pen_model(config, ["accel", "gyro"])
+    assert model.state_names[3] == "mrp_x"
+    assert np.linalg.eigvalsh(model.prior.covariance).min() > 0

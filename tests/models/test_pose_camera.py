@@ -16,6 +16,7 @@ from models.rotation import SMALL_ANGLE_SQUARED, rotation_matrix, rotation_vecto
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_model import SensorModel
 from tests.models.pens import CAMERA, FIXED_SPIN_RAD, Array, call, matrix, pen, random_rotation
+from tests.references.free_states import still_state
 from tests.references.trajectory import random_motion
 
 ROUNDING = 1e-12
@@ -196,6 +197,5 @@ def test_small_angles_switch_without_a_step() -> None:
 def test_reading_of_a_pen_that_points_backwards(azimuth: float) -> None:
     """A target with the pen's own axes is turned by exactly π at azimuth π, spin 0."""
     camera = camera_of(6, sensor_to_body=((1, 0, 0), (0, 1, 0), (0, 0, 1)))
-    x = np.zeros(18)
-    x[3:5] = azimuth, 0.9
+    x = still_state(0.9, azimuth)
     assert np.linalg.norm(call(camera.h, x)[3:]) == pytest.approx(np.pi)

@@ -9,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad_vec
 from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
 
 from models.euler_pen import kinematic_states
+from models.free_pen import ALPHA, N_FREE, OMEGA, SIGMA, TIP, A, V
 from models.motion import white_jerk_motion
 from models.pen import pen_model
 from models.process_noise import (
@@ -169,11 +171,10 @@ def linear_parts(model: StateSpaceModel, dt: float) -> tuple[Array, Array]:
     return A, G @ G.T
 
 
-@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 @pytest.mark.parametrize("dt", [1e-3, 0.01, 0.5])
-def test_whole_state(degrees_of_freedom: int, dt: float) -> None:
+def test_whole_state(dt: float) -> None:
     """Every degree of freedom alike and apart, biases as random walks."""
-    model, n_q = noisy_model(degrees_of_freedom), degrees_of_freedom
+    model, n_q = noisy_model(5), 5
     A, Q = linear_parts(model, dt)
     transition, noise = van_loan(dt)
     n_x = 3 * n_q + 5
@@ -188,14 +189,76 @@ def test_whole_state(degrees_of_freedom: int, dt: float) -> None:
     assert pytest.approx(expected_Q, rel=1e-10, abs=0) == Q
 
 
-@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
-def test_whole_state_over_a_split_step(degrees_of_freedom: int) -> None:
-    model = noisy_model(degrees_of_freedom)
+def test_whole_state_over_a_split_step() -> None:
+    model = noisy_model(5)
     A_1, Q_1 = linear_parts(model, 0.004)
     A_2, Q_2 = linear_parts(model, 0.013)
     A, Q = linear_parts(model, 0.017)
     assert pytest.approx(A, rel=RELATIVE, abs=0) == A_2 @ A_1
     assert pytest.approx(Q, rel=RELATIVE, abs=0) == A_2 @ Q_1 @ A_2.T + Q_2
+
+
+FREE = np.delete(np.arange(N_FREE + 5), range(SIGMA.start, SIGMA.stop))
+"""All but the attitude: what moves linearly."""
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("dt", [1e-3, 0.01, 0.5])
+def test_whole_state_of_the_free_pen(dt: float, seed: int) -> None:
+    """Tip, rates and biases by the matrix exponential; the attitude by SciPy's turn.
+
+    Unit noises, together, have the covariance of a matrix exponential; the turn within the step
+    is the first row of the attitude's chain, and its noise is correlated with that of the rates.
+    """
+    model, rng = noisy_model(6), np.random.default_rng(seed)
+    x, w = random_state(rng, 6, n_biases=5), rng.standard_normal(model.n_w)
+    transition, noise = van_loan(dt)
+    L = np.linalg.cholesky(noise)
+    expected = x.copy()
+    for axis in range(3):
+        tip = [TIP.start + axis, V.start + axis, A.start + axis]
+        turning = [SIGMA.start + axis, OMEGA.start + axis, ALPHA.start + axis]
+        expected[tip] = transition @ x[tip] + TIP_DENSITY * L @ w[tip]
+        turn_of = [0.0, *x[turning[1:]]]
+        expected[turning] = transition @ turn_of + ANGLE_DENSITY * L @ w[turning]
+    turn = Rotation.from_rotvec(expected[SIGMA])
+    walks = np.array([GYRO_WALK] * 2 + [ACCEL_WALK] * 3)
+    expected[N_FREE:] = x[N_FREE:] + walks * np.sqrt(dt) * w[N_FREE:]
+    found = call(model.f, x, w, dt)
+    assert found[FREE] == pytest.approx(expected[FREE], rel=1e-9, abs=1e-12)
+    R = Rotation.from_mrp(x[SIGMA]) * turn
+    assert (R.inv() * Rotation.from_mrp(found[SIGMA])).magnitude() < 1e-9
+
+
+@pytest.mark.parametrize("dt", [1e-3, 0.01, 0.5])
+def test_small_noise_of_the_free_pen(dt: float) -> None:
+    """Of a pen at rest, in its tangent space: the covariance of three chains per vector."""
+    model = noisy_model(6)
+    rest = np.zeros(model.n_x)
+    w = ca.SX.sym("w", model.n_w)
+    away = model.difference(model.f(rest, w, dt), model.f(rest, np.zeros(model.n_w), dt))
+    G = ca.Function("G", [w], [ca.jacobian(away, w)])(np.zeros(model.n_w)).full()
+    _, noise = van_loan(dt)
+    expected = np.zeros((model.n_x, model.n_x))
+    for parts, density in (((TIP, V, A), TIP_DENSITY), ((SIGMA, OMEGA, ALPHA), ANGLE_DENSITY)):
+        for axis in range(3):
+            rows = [part.start + axis for part in parts]
+            expected[np.ix_(rows, rows)] = density**2 * noise
+    walks = np.array([GYRO_WALK] * 2 + [ACCEL_WALK] * 3)
+    expected[N_FREE:, N_FREE:] = np.diag(walks**2 * dt)
+    assert pytest.approx(expected, rel=1e-10, abs=0) == G @ G.T
+
+
+def test_the_free_pen_over_a_split_step() -> None:
+    """Without noise: what moves linearly exactly; turns about a fixed axis too."""
+    model, rng = noisy_model(6), np.random.default_rng(4)
+    x, still = random_state(rng, 6, n_biases=5), np.zeros(model.n_w)
+    x[ALPHA] = -3.0 * x[OMEGA]
+    halfway = call(model.f, x, still, 0.004)
+    split, whole = call(model.f, halfway, still, 0.013), call(model.f, x, still, 0.017)
+    assert split[FREE] == pytest.approx(whole[FREE], rel=RELATIVE, abs=0)
+    apart = Rotation.from_mrp(split[SIGMA]).inv() * Rotation.from_mrp(whole[SIGMA])
+    assert apart.magnitude() < 1e-14
 
 
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
@@ -206,7 +269,12 @@ def test_no_time_changes_nothing(degrees_of_freedom: int) -> None:
     assert np.array_equal(matrix(VELOCITY_TRANSITION, 0.0), np.eye(2))
     model, rng = noisy_model(degrees_of_freedom), np.random.default_rng(1)
     x = random_state(rng, degrees_of_freedom, n_biases=5)
-    assert np.array_equal(call(model.f, x, rng.standard_normal(model.n_w), 0.0), x)
+    moved = call(model.f, x, rng.standard_normal(model.n_w), 0.0)
+    if degrees_of_freedom == 5:
+        assert np.array_equal(moved, x)
+    else:
+        assert np.array_equal(moved[FREE], x[FREE])
+        assert moved[SIGMA] == pytest.approx(x[SIGMA], abs=1e-16)
 
 
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from models.errors import InputError
+from models.free_pen import SIGMA
 from models.motions import sample_motion
 from models.pen import pen_model
 from models.random_streams import seed_sequence, stream
@@ -131,16 +133,30 @@ def test_drawn_steps_are_independent() -> None:
         assert abs(np.mean(steps[lag:] * steps[:-lag])) < STANDARD_ERRORS / np.sqrt(n)
 
 
+def drawn_starts(degrees_of_freedom: int) -> tuple[StateSpaceModel, Array]:
+    """Return the first states (20, n_x) of as many draws about an azimuth of 3.1 rad."""
+    sensors = {"accel": Accelerometer(**BIASED)}
+    model = pen_model(pen(degrees_of_freedom, sensors, prior={"azimuth_rad": 3.1}))
+    draws = [drawn_states(model, np.zeros(1), np.random.default_rng(seed))[0] for seed in range(20)]
+    return model, np.array(draws)
+
+
 def test_a_drawn_start_is_on_the_manifold() -> None:
-    config = pen(6, {"accel": Accelerometer(**BIASED)}, prior={"azimuth_rad": 3.1})
-    starts = np.array(
-        [
-            drawn_states(pen_model(config), np.zeros(1), np.random.default_rng(seed))[0, 3]
-            for seed in range(20)
-        ]
-    )
-    assert np.abs(starts).max() <= np.pi
-    assert starts.min() < -1 < 1 < starts.max()
+    model, starts = drawn_starts(5)
+    azimuth = starts[:, model.state_names.index("azimuth_rad")]
+    assert np.abs(azimuth).max() <= np.pi
+    assert azimuth.min() < -1 < 1 < azimuth.max()
+
+
+def test_a_drawn_start_of_the_free_pen_is_on_the_manifold() -> None:
+    model, starts = drawn_starts(6)
+    assert np.linalg.norm(starts[:, SIGMA], axis=1).max() <= 1 + 1e-15
+    assert model.outputs is not None
+    azimuth = model.outputs.function(starts.T).full()[model.outputs.names.index("azimuth_rad")]
+    assert np.abs(azimuth).max() <= np.pi
+    assert azimuth.min() < -1 < 1 < azimuth.max()
+    axes = Rotation.from_mrp(starts[:, SIGMA]).apply([0, 0, 1])
+    np.testing.assert_allclose(azimuth, np.arctan2(axes[:, 1], axes[:, 0]), rtol=0, atol=1e-13)
 
 
 def test_further_states_leave_a_drawn_motion() -> None:

@@ -13,6 +13,7 @@ from models.errors import InputError
 from models.pen import pen_model
 from models.pen_config import PenConfig
 from tests.models.pens import call, every_sensor, pen, random_state
+from tests.references.free_states import still_state
 
 CONFIG = {n: pen(n, every_sensor(np.random.default_rng(n))) for n in (5, 6)}
 MODEL = {n: pen_model(config) for n, config in CONFIG.items()}
@@ -37,22 +38,47 @@ def test_replace_leaves_the_original_alone() -> None:
 
 
 def test_bounded() -> None:
-    bounded = PEN.bounded(tip_z_m=(0.0, np.inf), elevation_rad=(0.1, 1.4))
-    lower, upper = np.full(N, -np.inf), np.full(N, np.inf)
+    model = MODEL[5]
+    bounded = model.bounded(tip_z_m=(0.0, np.inf), elevation_rad=(0.1, 1.4))
+    lower, upper = np.full(model.n_x, -np.inf), np.full(model.n_x, np.inf)
     lower[2], lower[4], upper[4] = 0.0, 0.1, 1.4
     assert np.array_equal(bounded.lower, lower)
     assert np.array_equal(bounded.upper, upper)
-    assert np.isinf(PEN.lower).all()
-    assert np.isinf(PEN.upper).all()
+    assert bounded.inequality.numel_out(0) == 0
+    assert np.isinf(model.lower).all()
+    assert np.isinf(model.upper).all()
     again = bounded.bounded(tip_x_m=(-1.0, 1.0))
     assert (again.lower[0], again.upper[0], again.upper[4]) == (-1.0, 1.0, 1.4)
 
 
+def test_bounds_on_what_is_no_state_are_inequalities() -> None:
+    """Of the free pen: a tip is a state, an elevation is read from the attitude."""
+    bounded = PEN.bounded(tip_z_m=(0.0, np.inf), elevation_rad=(0.1, 1.4))
+    lower = np.full(N, -np.inf)
+    lower[2] = 0.0
+    assert np.array_equal(bounded.lower, lower)
+    assert np.isinf(bounded.upper).all()
+    assert np.isinf(PEN.lower).all()
+    assert PEN.inequality.numel_out(0) == 0
+    x = np.zeros(N)
+    x[:18] = still_state(1.1, azimuth=2.0, spin=-0.4)
+    assert call(bounded.inequality, x) == pytest.approx([1.1 - 1.4, 0.1 - 1.1], abs=1e-14)
+    again = bounded.bounded(tip_x_m=(-1.0, 1.0), spin_rad=(-np.inf, 0.0))
+    assert (again.lower[0], again.upper[0], again.lower[2]) == (-1.0, 1.0, 0.0)
+    expected = [1.1 - 1.4, 0.1 - 1.1, -0.4]
+    assert call(again.inequality, x) == pytest.approx(expected, abs=1e-14)
+
+
 def test_bounds_of_a_pen_file_reach_the_model() -> None:
-    config = PenConfig(**{**dict(CONFIG[6]), "bounds": {"elevation_rad": (0.2, 1.5)}})
-    model = pen_model(config)
+    bounds = {"bounds": {"elevation_rad": (0.2, 1.5)}}
+    model = pen_model(PenConfig(**{**dict(CONFIG[5]), **bounds}))
     assert (model.lower[4], model.upper[4]) == (0.2, 1.5)
     assert np.isinf(np.delete(model.lower, 4)).all()
+    free = pen_model(PenConfig(**{**dict(CONFIG[6]), **bounds}))
+    x = np.zeros(N)
+    x[:18] = still_state(0.9)
+    assert call(free.inequality, x) == pytest.approx([0.9 - 1.5, 0.2 - 0.9], abs=1e-14)
+    assert np.isinf(free.lower).all()
 
 
 def test_bound_on_an_unknown_state() -> None:

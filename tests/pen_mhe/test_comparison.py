@@ -14,10 +14,12 @@ import matplotlib.pyplot as plt
 from ekf_baseline.ekf import Ekf
 from estimation.consistency import nis
 from estimation.estimate import EstimateHistory
-from estimation.estimator import run_measurements
+from estimation.estimator import run, run_measurements
 from estimation.recording import Truth
 from models.errors import InputError
+from models.pen import pen_model
 from pen_mhe.comparison import compare
+from recordings.simulate_pen import simulate
 from tests.benchmark.hand_made import history as history_of
 from tests.linear_models import constant_acceleration_system
 
@@ -56,6 +58,29 @@ def test_a_row_has_errors_claims_and_cost() -> None:
     assert table.loc["good", "median_step_ms"] == pytest.approx(6000)
     assert np.isnan(table.loc["good", "nis_per_row"])
     assert {axes.get_ylabel() for axes in found.figure.axes} >= {"tip x / mm", "elevation / °"}
+
+
+def test_a_free_pens_row_has_its_angles_and_its_bodys_rates() -> None:
+    """No component of its attitude is shown."""
+    recording = simulate("reference", ["accel", "gyro"], duration_s=0.2)
+    assert recording.truth is not None
+    history = run(Ekf(pen_model("reference", ["accel", "gyro"])), recording)
+    found = compare({"pen": history}, recording.truth)
+    of_pens = ("tip_mm", "azimuth_deg", "elevation_deg", "spin_deg", "rates_deg_s")
+    assert list(found.table.columns)[:10] == [f"{c}_{k}" for c in of_pens for k in ("rms", "std")]
+    row = found.table.loc["pen"]
+    true = dict(zip(recording.truth.names, recording.truth.values.T, strict=True))
+    rates = [f"body_rate_{axis}_rad_s" for axis in "xyz"]
+    for column, names in (("elevation_deg", ["elevation_rad"]), ("rates_deg_s", rates)):
+        squared = sum((history.column(name) - true[name]) ** 2 for name in names)
+        claimed = sum(history.std_of(name) ** 2 for name in names)
+        assert row[f"{column}_rms"] == pytest.approx(np.degrees(np.sqrt(np.mean(squared))))
+        assert row[f"{column}_std"] == pytest.approx(np.degrees(np.sqrt(np.mean(claimed))))
+    labels = {axes.get_ylabel() for axes in found.figure.axes}
+    assert labels >= {"tip x / mm", "azimuth / °", "elevation / °", "spin / °"}
+    assert not [label for label in labels if "mrp" in label or "attitude" in label]
+    with pytest.raises(InputError, match="state mrp_x is unknown, expected one of tip_x_m"):
+        compare({"pen": history}, states=["mrp_x"])
 
 
 def test_without_truth_there_are_no_errors() -> None:

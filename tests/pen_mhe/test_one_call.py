@@ -73,7 +73,7 @@ def test_errors_count_from_an_instant_on(recording: pm.Recording) -> None:
     assert recording.truth is not None
     late = pm.rms_errors(model, history, recording.truth, after_s=0.1)
     errors = pm.state_errors(model, history, recording.truth)[history.time_s >= 0.1]
-    assert late == root_mean_square(model, errors, ERROR_COLUMNS)
+    assert late == root_mean_square(history.names, errors, ERROR_COLUMNS)
     assert late != pm.rms_errors(model, history, recording.truth)
 
 
@@ -82,8 +82,12 @@ def test_a_verdict_prints_itself() -> None:
     title, head, *rows = repr(found).splitlines()
     assert title == "reference pen, 6 degrees of freedom: accel, area"
     assert head.split() == ["state", "known", "before", "(std)", "still"]
-    assert [row.split()[0] for row in rows[: found.model.n_x]] == list(found.model.state_names)
-    assert any("no reading shows azimuth_rad alone" in row for row in rows)
+    shown = [
+        {"mrp_x": "azimuth_rad", "mrp_y": "elevation_rad", "mrp_z": "spin_rad"}.get(name, name)
+        for name in found.model.state_names
+    ]
+    assert [row.split()[0] for row in rows[: found.model.n_x]] == shown
+    assert any("no reading shows turning about the vertical alone" in row for row in rows)
     assert len({row.find("not observable") for row in rows} - {-1}) == 1
 
 

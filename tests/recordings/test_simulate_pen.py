@@ -34,12 +34,9 @@ def test_noise_has_the_stated_size(recording: Recording) -> None:
     assert recording.truth is not None
     for sensor in model.sensors:
         times, values = recording.sensor(sensor.name)
-        rows = np.searchsorted(recording.truth.time_s, times)
+        states = recording.truth.states(model.state_names, times)
         residuals = np.array(
-            [
-                np.asarray(sensor.residual(y, x)).ravel()
-                for y, x in zip(values, recording.truth.values[rows], strict=True)
-            ]
+            [np.asarray(sensor.residual(y, x)).ravel() for y, x in zip(values, states, strict=True)]
         )
         # Standard error of a variance from n samples: √(2/n); 4 of them, fixed seed.
         n = residuals.size
@@ -118,10 +115,9 @@ def test_a_drawn_recording_is_the_models() -> None:
     named = simulate(load_pen("reference"), SENSORS, motion="model", duration_s=2.0, seed=3)
     drawn = simulate_model(model, duration_s=2.0, seed=3)
     assert drawn.truth is not None
-    np.testing.assert_array_equal(
-        of_truth(named, model.state_names, named.time_s), drawn.truth.values
-    )
-    time_s, states = drawn.truth.time_s, drawn.truth.values
+    time_s = drawn.truth.time_s
+    states = drawn.truth.states(model.state_names, time_s)
+    np.testing.assert_array_equal(of_truth(named, model.state_names, named.time_s), states)
     zero, squared = np.zeros(model.n_w), 0.0
     for k, dt in enumerate(np.diff(time_s)):
         predicted = model.f(states[k], zero, dt).full().ravel()
@@ -158,10 +154,10 @@ def test_errors_are_estimate_minus_truth(recording: Recording) -> None:
     history = run(create_estimator("ekf", model), recording)
     assert recording.truth is not None
     errors = state_errors(model, history, recording.truth)
-    tip = history.mean[50:, 0] - recording.truth.values[50:, 0]
+    tip = history.column("tip_x_m")[50:] - recording.truth.values[50:, 0]
     np.testing.assert_allclose(errors[50:, 0], tip, atol=1e-15)
     assert np.sqrt(np.mean(tip[100:] ** 2)) < 1e-3  # the camera's noise is 0.3 mm a frame
-    rms = root_mean_square(model, errors[50:], {"tip_mm": (("tip_x_m",), 1e3)})
+    rms = root_mean_square(history.names, errors[50:], {"tip_mm": (("tip_x_m",), 1e3)})
     assert rms["tip_mm"] == pytest.approx(1e3 * np.sqrt(np.mean(tip**2)), rel=1e-12)
 
 

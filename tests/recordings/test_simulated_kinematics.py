@@ -16,6 +16,7 @@ from ekf_baseline.ekf import Ekf
 from estimation.estimator import run
 from estimation.recording import Recording
 from models.gaussian import GaussianState
+from models.motion import white_jerk_motion
 from models.motions import sample_motion
 from models.noisy_readings import noisy_readings
 from models.pen import pen_model
@@ -57,6 +58,7 @@ def precise_pen(degrees_of_freedom: int) -> PenConfig:
             "degrees_of_freedom": degrees_of_freedom,
             "gravity_m_s2": GRAVITY,
             "fixed_spin_rad": FIXED_SPIN_RAD,
+            "motion": white_jerk_motion(100.0, 1000.0),
             "sensors": sensors,
         }
     )
@@ -126,11 +128,12 @@ def test_a_precise_pen_is_estimated_to_the_truth(dof: int) -> None:
     time_s, values, states = readings(dof, 1.0, 0.3)
     model = pen_model(precise_pen(dof))
     std = np.repeat([1e-4, 1e-2, 1.0], dof)
-    start = states[0] + std * np.random.default_rng(SEED).standard_normal(model.n_x)
+    wrong = std * np.random.default_rng(SEED).standard_normal(model.n_x)
+    start = np.asarray(model.retract(states[0], wrong)).ravel()
     model = model.replace(prior=GaussianState(start, np.diag(std**2)))
     sensors = {name: (time_s, value) for name, value in values.items()}
     sensors["camera"] = (time_s[::10], values["camera"][::10])
     history = run(Ekf(model), Recording.from_sensors("exact", sensors))
-    errors = np.abs(history.mean - states)[:, : 2 * dof]
+    errors = np.abs(model.difference(history.mean.T, states.T).full().T)[:, : 2 * dof]
     assert errors[0, dof:].max() > 1e-3
     assert errors[time_s >= 0.1].max() < AGREEMENT

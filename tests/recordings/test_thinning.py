@@ -7,6 +7,7 @@ import pytest
 
 from estimation.estimator import run
 from models.errors import InputError
+from models.motion import white_jerk_motion
 from models.pen import pen_model
 from models.pen_file import load_pen
 from pen_mhe.estimators import create_estimator
@@ -36,7 +37,9 @@ def test_a_camera_at_another_rate_than_its_pen_file_is_refused() -> None:
 
 @pytest.mark.usefixtures("interpreted")
 def test_left_out_frames_are_judged_by_a_prediction_from_before() -> None:
-    pen = load_pen("reference")
+    """By a pen in plain coordinates, whose prediction is written out here."""
+    plain = {"degrees_of_freedom": 5, "motion": white_jerk_motion(10.0, 20.0)}
+    pen = load_pen("reference").model_copy(update=plain)
     recorded = simulate(pen, ["accel", "gyro", "camera"], motion="turn", duration_s=1.0, seed=3)
     used = recorded.subsampled("camera", 3, 1)
     model = pen_model(pen, ["accel", "gyro", "camera"])
@@ -52,7 +55,7 @@ def test_left_out_frames_are_judged_by_a_prediction_from_before() -> None:
         before = max(k for k, t in enumerate(history.time_s) if t <= time_s)
         x = history.mean[before].copy()
         dt = time_s - history.time_s[before]
-        x[:6] += dt * x[6:12] + dt**2 / 2 * x[12:18]
+        x[:5] += dt * x[5:10] + dt**2 / 2 * x[10:15]
         squares.append(np.asarray(camera.residual(frame, x)).ravel() ** 2)
     assert error.frames == len(squares)
     expected = np.sqrt(np.mean(squares, axis=0)[:3].sum())

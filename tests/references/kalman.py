@@ -7,7 +7,7 @@ for the Joseph form.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,39 @@ def update(mean: Array, covariance: Array, y: Array, H: Array, R: Array) -> Post
     K = np.linalg.solve(S, H @ covariance).T
     innovation = y - H @ mean
     return Posterior(mean + K @ innovation, joseph(covariance, K, H, R), rows, innovation, S)
+
+
+def iterated(
+    mean: Array,
+    covariance: Array,
+    reading: Callable[[Array], tuple[Array, Array]],
+    settled: float,
+    most: int,
+) -> Posterior:
+    """Update linearised at its own posterior, from the same prior each time (Bell, Cathey 1993).
+
+    Parameters
+    ----------
+    reading : takes x, returns the residual y - h(x) in units of its noise, and its H
+    settled : deviations from the linearisation point that end it; the one before is returned
+    most : updates
+    """
+
+    def linearised_at(x: Array) -> Posterior:
+        residual, H = reading(x)
+        found = update(mean - x, covariance, residual, H, np.eye(len(residual)))
+        return replace(found, mean=x + found.mean)
+
+    first = best = linearised_at(mean)
+    for _ in range(most - 1):
+        again = linearised_at(best.mean)
+        std = np.sqrt(np.diag(best.covariance))
+        if not (np.abs(again.mean - best.mean) / std).max() > settled:
+            break
+        best = again
+    return Posterior(
+        best.mean, best.covariance, first.rows, first.innovation, first.innovation_covariance
+    )
 
 
 def run(

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tests.references.free_states import free_state
+
 Array = NDArray[np.float64]
 
 TIME_STEP_S = 5e-4
@@ -59,9 +61,10 @@ class SineMotion:
         return np.asarray(waves if order else waves + self.centre)
 
     def state(self, time_s: float, degrees_of_freedom: int) -> Array:
-        """Return (q, q̇, q̈) of the first degrees of freedom."""
-        blocks = [self.derivative(time_s, order)[:degrees_of_freedom] for order in range(3)]
-        return np.concatenate(blocks)
+        """Return (q, q̇, q̈) of five degrees of freedom, or (p, σ, v, ω, a, α) of six."""
+        n_q = degrees_of_freedom
+        coordinates = np.concatenate([self.derivative(time_s, order)[:n_q] for order in range(3)])
+        return free_state(coordinates) if n_q == 6 else coordinates
 
     def body_to_world(self, time_s: float) -> Array:
         """Return the (3, 3) matrix whose columns are the body axes in the world."""

@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import suites.bad_starts.run as bad_starts
-from estimation.estimator import run_measurements
+from estimation.estimator import run, run_measurements
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.motions import sample_motion
-from models.priors import replaced_prior
+from models.pen_body import rates_and_attitudes
+from models.priors import replaced_attitude, replaced_prior
 from pen_mhe.estimators import create_estimator
 from recordings.motion_list import DRAWN
 from suites.bad_starts.cases import (
@@ -31,10 +33,10 @@ from suites.bad_starts.cases import (
 from suites.bad_starts.run import (
     ESTIMATORS,
     BadStartRun,
-    axis_elevation,
-    body_rates,
+    claimed_std,
     run_bad_start,
     summary,
+    tilt_vectors,
 )
 from tests.linear_models import coupled_system, irregular_times
 from tests.references import pen_readings
@@ -42,9 +44,10 @@ from tests.references import pen_readings
 ELEVATION = "elevation_rad"
 MOVING = {
     "velocity": ("tip_x_velocity_m_s", "tip_y_velocity_m_s", "tip_z_velocity_m_s"),
-    "rate": ("azimuth_rate_rad_s", "elevation_rate_rad_s", "spin_rate_rad_s"),
+    "rate": ("body_rate_x_rad_s", "body_rate_y_rad_s", "body_rate_z_rad_s"),
+    "angle rate": ("azimuth_rate_rad_s", "elevation_rate_rad_s"),
     "acceleration": ("tip_x_acceleration_m_s2", "tip_y_acceleration_m_s2"),
-    "angle acceleration": ("azimuth_acceleration_rad_s2", "elevation_acceleration_rad_s2"),
+    "angle acceleration": ("body_acceleration_x_rad_s2", "body_acceleration_y_rad_s2"),
 }
 
 
@@ -57,7 +60,7 @@ def what_the_estimator_is_given(
 ) -> tuple[Any, Any]:
     """Return the prior and the recording that an estimator is driven with."""
 
-    def stop(estimator: Any, recording: Any, prior: Any) -> None:
+    def stop(estimator: Any, recording: Any, prior: Any, covariances: bool) -> None:
         raise HandedOverError(prior, recording)
 
     monkeypatch.setattr(bad_starts, "_kept", lambda case, estimator: None)
@@ -72,18 +75,24 @@ def test_the_start_is_wrong_by_what_is_stated_and_nothing_else_is_told(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     case = CASES[name]
-    own = case_model(case)
+    own, is_free = case_model(case), case.degrees_of_freedom == 6
+    changed = ["mrp_x", "mrp_y", "mrp_z"] if is_free else [ELEVATION]
+    columns = [own.state_names.index(state) for state in changed]
+    others = np.setdiff1d(np.arange(own.n_x), columns)
     for seed in (1, 2):
         told, recording = what_the_estimator_is_given(case, seed, monkeypatch)
         assert recording.truth is None
-        column = own.state_names.index(ELEVATION)
         truth = case_recording(case, seed).truth
         assert truth is not None
-        error = told.mean[column] - truth.states([ELEVATION], truth.time_s[:1])[0, 0]
-        assert abs(error) == pytest.approx(case.wrong_rad, abs=1e-12)
-        honest = max(case.wrong_rad, 0.1) if case.told_std_rad is None else case.told_std_rad
-        assert told.std[column] == pytest.approx(honest, rel=1e-12)
-        others = np.arange(own.n_x) != column
+        true = truth.states(own.state_names, truth.time_s[:1])
+        if is_free:
+            B = [rates_and_attitudes(case_pen(case), x)[1][0] for x in (true, told.mean[None])]
+            error = Rotation.from_matrix(B[0] @ B[1].T).magnitude()
+        else:
+            error = abs(told.mean[columns[0]] - true[0, columns[0]])
+        assert error == pytest.approx(math.radians(case.wrong_deg), abs=1e-7)
+        honest = max(case.wrong_deg, 5.0) if case.told_std_deg is None else case.told_std_deg
+        np.testing.assert_allclose(told.std[columns], math.radians(honest), rtol=1e-12)
         np.testing.assert_array_equal(told.mean[others], own.prior.mean[others])
         np.testing.assert_array_equal(
             told.covariance[np.ix_(others, others)],
@@ -91,23 +100,27 @@ def test_the_start_is_wrong_by_what_is_stated_and_nothing_else_is_told(
         )
 
 
-def test_a_seed_is_one_start_for_every_estimator_and_both_signs_come() -> None:
-    case = CASES["gesture-0.5"]
-    starts = [run_bad_start(case, "ekf", seed).start_error_rad for seed in range(8)]
-    assert set(starts) == {-0.5, 0.5}
-    assert [run_bad_start(case, "mhe-rti", seed).start_error_rad for seed in (0, 7)] == [
-        starts[0],
-        starts[7],
-    ]
+def test_a_seed_is_one_start_for_every_estimator(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = CASES["gesture-30"]
+    first, again = (what_the_estimator_is_given(case, 3, monkeypatch)[0] for _ in range(2))
+    np.testing.assert_array_equal(first.mean, again.mean)
+    other, _ = what_the_estimator_is_given(case, 4, monkeypatch)
+    assert np.abs(other.mean[3:6] - first.mean[3:6]).min() > 1e-3
     np.testing.assert_array_equal(
         case_recording(case, 3).readings["accel_lower"],
-        case_recording(CASES["gesture-1"], 3).readings["accel_lower"],
+        case_recording(CASES["gesture-60"], 3).readings["accel_lower"],
     )
 
 
+def test_both_signs_of_a_wrong_elevation_come() -> None:
+    case = CASES["no-spin-30"]
+    starts = [run_bad_start(case, "ekf", seed).start_error_rad for seed in range(6)]
+    assert set(starts) == {-math.radians(30), math.radians(30)}
+
+
 def test_a_run_is_reproducible() -> None:
-    first, again = (run_bad_start(CASES["gesture-0.5"], "ekf", 7) for _ in range(2))
-    np.testing.assert_array_equal(first.elevation_error, again.elevation_error)
+    first, again = (run_bad_start(CASES["gesture-30"], "ekf", 7) for _ in range(2))
+    np.testing.assert_array_equal(first.error, again.error)
     np.testing.assert_array_equal(first.rate_error, again.rate_error)
 
 
@@ -149,21 +162,75 @@ def test_a_prior_of_some_states_leaves_the_others_alone() -> None:
     np.testing.assert_array_equal(model.prior.covariance, P)
 
 
-def test_body_rates_are_those_of_the_textbook() -> None:
-    states = np.random.default_rng(2).standard_normal((20, 15))
-    five = case_pen(CASES["no-spin-0.5"])
+def test_a_prior_of_an_attitude_leaves_the_other_states_alone() -> None:
+    model = case_model(CASES["writing-30"])
+    R = Rotation.random(random_state=3).as_matrix()
+    prior = replaced_attitude(model, R, 0.7)
+    _, B = rates_and_attitudes(case_pen(CASES["writing-30"]), prior.mean[None])
+    np.testing.assert_allclose(B[0].T, R, atol=1e-12)
+    attitude = np.isin(np.arange(model.n_x), (3, 4, 5))
+    np.testing.assert_array_equal(prior.mean[~attitude], model.prior.mean[~attitude])
+    expected = model.prior.covariance.copy()
+    expected[attitude, :] = expected[:, attitude] = 0.0
+    expected[attitude, attitude] = 0.7**2
+    np.testing.assert_allclose(prior.covariance, expected, rtol=1e-15)
+    with pytest.raises(InputError, match="has no attitude, expected a pen with 6 degrees"):
+        replaced_attitude(case_model(CASES["no-spin-30"]), R, 0.7)
+
+
+def test_rates_and_attitudes_are_those_of_the_textbook() -> None:
+    states = np.random.default_rng(2).uniform(-1, 1, (20, 15))
+    five = case_pen(CASES["no-spin-30"])
     assert five.degrees_of_freedom == 5
-    np.testing.assert_allclose(body_rates(five, states), pen_readings.gyroscope(states), atol=1e-12)
-    six = np.zeros((20, 18))
-    six[:, :5], six[:, 6:11], six[:, 11] = states[:, :5], states[:, 5:10], 0.7
-    expected = pen_readings.gyroscope(states) + np.array([0, 0, 0.7])
-    np.testing.assert_allclose(body_rates(case_pen(CASES["writing-1"]), six), expected, atol=1e-12)
+    rates, B = rates_and_attitudes(five, states)
+    np.testing.assert_allclose(rates, pen_readings.gyroscope(states), atol=1e-12)
+    np.testing.assert_allclose(B, pen_readings.world_to_body(states), atol=1e-12)
+    turns = Rotation.random(20, random_state=5)
+    free = np.zeros((20, 24))
+    free[:, 3:6], free[:, 9:12] = turns.as_mrp(), states[:, 5:8]
+    rates, B = rates_and_attitudes(case_pen(CASES["writing-30"]), free)
+    np.testing.assert_array_equal(rates, free[:, 9:12])
+    np.testing.assert_allclose(B, turns.inv().as_matrix(), atol=1e-12)
 
 
-def test_the_axis_is_as_high_seen_from_the_other_side() -> None:
-    theta = np.linspace(-1.5, 1.5, 31)
-    np.testing.assert_allclose(axis_elevation(theta), theta, atol=1e-12)
-    np.testing.assert_allclose(axis_elevation(math.pi - theta), theta, atol=1e-12)
+def test_tilt_is_the_angle_of_up_whatever_the_heading() -> None:
+    """A small tilt is the turn about the world's x and y; a heading changes nothing of it."""
+    true = Rotation.random(200, random_state=1)
+    tilts = np.random.default_rng(3).uniform(-1.5, 1.5, (200, 2))
+    angles = np.random.default_rng(4).uniform(-3, 3, 200)
+    headings = Rotation.from_rotvec(angles[:, None] * [0, 0, 1])
+    turned = Rotation.from_rotvec(np.column_stack([tilts, np.zeros(200)]))
+    true_B = true.inv().as_matrix()
+    for estimate in (turned * true, turned * headings * true):
+        found = tilt_vectors(estimate.inv().as_matrix(), true_B)
+        np.testing.assert_allclose(found, tilts, atol=1e-9)
+        up = estimate.inv().as_matrix()[:, :, 2]
+        angle = np.arccos(np.clip((up * true_B[:, :, 2]).sum(axis=1), -1, 1))
+        np.testing.assert_allclose(np.linalg.norm(found, axis=1), angle, atol=1e-7)
+    np.testing.assert_allclose(tilt_vectors(true_B, true_B), 0, atol=1e-15)
+
+
+def test_the_claimed_deviation_is_that_of_a_turn_in_world_axes() -> None:
+    """A tangent vector drawn from P, in the body's axes: its tilt has the claimed size."""
+    history, B, P = what_a_run_claims()
+    d = np.random.default_rng(1).multivariate_normal(np.zeros(3), P, 4000)
+    estimate = Rotation.from_matrix(np.broadcast_to(B[0].T, (4000, 3, 3)))
+    true_B = (estimate * Rotation.from_rotvec(d)).inv().as_matrix()
+    tilt = tilt_vectors(np.broadcast_to(B[0], (4000, 3, 3)), true_B)
+    std = np.array([claimed_std(history, B, one[None])[0] for one in tilt])
+    squared = (np.linalg.norm(tilt, axis=1) / std) ** 2
+    assert squared.mean() == pytest.approx(2.0, abs=4 * np.sqrt(4 / 4000))
+
+
+def what_a_run_claims() -> tuple[Any, Any, Any]:
+    """Return a history of one instant, its B (1, 3, 3) and its attitude's covariance (3, 3)."""
+    case = CASES["writing-30"]
+    history = run(
+        create_estimator("ekf", case_model(case)), case_recording(case, 1), covariances=True
+    )
+    history = history[100:101]
+    _, B = rates_and_attitudes(case_pen(case), history.mean)
+    return history, B, history.covariance[0, 3:6, 3:6]
 
 
 def test_strokes_start_at_rest_and_differ_by_seed() -> None:
@@ -177,20 +244,23 @@ def test_strokes_start_at_rest_and_differ_by_seed() -> None:
     assert np.abs(first.q[-1] - other.q[-1]).min() > 1e-4
 
 
-@pytest.mark.parametrize("name", ["gentle-1", "writing-1"])
+@pytest.mark.parametrize("name", ["gentle-60", "writing-60"])
 def test_what_is_told_of_a_writing_hand_covers_it(name: str) -> None:
     """True starts in deviations of the prior: of one size where told, smaller in the pen file."""
     case, model = CASES[name], case_model(CASES[name])
     truths = [case_recording(case, seed).truth for seed in range(30)]
-    for states in MOVING.values():
+    for named in MOVING.values():
+        states = [state for state in named if state in model.state_names]
+        if not states:
+            continue
         index = [model.state_names.index(state) for state in states]
         start = [truth.states(states, truth.time_s[:1])[0] for truth in truths if truth is not None]
         size = np.sqrt(np.mean((np.array(start) / model.prior.std[index]) ** 2))
         assert size < 1.5
-        assert (size > 0.3) == (name == "gentle-1")
+        assert (size > 0.3) == (name == "gentle-60")
 
 
-@pytest.mark.parametrize("name", [name for name in CASES if name.endswith("-0.5")])
+@pytest.mark.parametrize("name", [name for name in CASES if name.endswith("-30")])
 def test_a_hand_told_to_rest_does_rest(name: str) -> None:
     case = CASES[name]
     rests = KNOWLEDGE[case.knowledge].prior.get("velocity_std_m_s") == 0.001
@@ -204,45 +274,51 @@ def test_a_hand_told_to_rest_does_rest(name: str) -> None:
 
 
 def test_without_bias_there_is_no_bias_state() -> None:
-    assert any("bias" in name for name in case_model(CASES["held-0.5"]).state_names)
-    assert not any("bias" in name for name in case_model(CASES["unbiased-0.5"]).state_names)
+    assert any("bias" in name for name in case_model(CASES["held-30"]).state_names)
+    assert not any("bias" in name for name in case_model(CASES["unbiased-30"]).state_names)
 
 
 def made_up_run(size: float, end: float) -> BadStartRun:
     """Return a run of 2 s whose error is `size` in the first second and `end` afterwards."""
     time_s = 4.0 + np.arange(201) / 100
     error = np.where(time_s <= 5.0 + 1e-9, size, end)
-    return BadStartRun(0, 0.5, time_s, -error, np.full(201, 0.1), 2 * error, 0.5)
+    return BadStartRun(0, 0.5, time_s, error, np.full(201, 0.1), 2 * error, 0.5)
 
 
 def test_the_summary_takes_the_first_second_and_the_last_instant() -> None:
     runs = [made_up_run(k, end) for k, end in ((1.0, 0.01), (2.0, 0.05), (3.0, 0.2), (4.0, 0.3))]
-    row = summary(CASES["writing-0.5"], "ekf", runs)
+    row = summary(CASES["writing-30"], "ekf", runs)
     assert row["runs"] == 4
-    assert row["elevation_rms_rad_median"] == pytest.approx(2.5)
-    assert row["elevation_rms_rad_p90"] == pytest.approx(3.7)
+    assert row["up_rms_rad_median"] == pytest.approx(2.5)
+    assert row["up_rms_rad_p90"] == pytest.approx(3.7)
     assert row["rate_rms_rad_s_median"] == pytest.approx(5.0)
-    assert row["end_elevation_rad_median"] == pytest.approx(0.125)
-    assert (row["within_1_deg"], row["within_5_deg"]) == (0.25, 0.5)
+    assert (row["up_0.1_s_rad_median"], row["up_1_s_rad_median"]) == pytest.approx((2.5, 2.5))
+    assert np.isnan(row["up_5_s_rad_median"])
     assert row["end_error_per_std"] == pytest.approx(1.25)
     assert row["solved"] == 0.5
 
 
+def test_the_summary_counts_runs_that_arrived_after_a_second() -> None:
+    """3° is 0.052 rad; 3 claimed deviations are 0.3 rad."""
+    row = summary(CASES["writing-30"], "ekf", [made_up_run(s, 1.0) for s in (0.05, 0.06, 0.2, 0.4)])
+    assert (row["within_3_deg"], row["within_3_std"]) == (0.25, 0.75)
+
+
 def test_an_ekf_carries_a_bad_start_and_an_mhe_forgets_it() -> None:
-    """Half a radian or one: the same MHE to a twentieth, twice the error for the EKF."""
+    """30° or 60°: the same MHE to a twentieth, twice the error for the EKF."""
     median = {
         (name, estimator): np.median(
             [
-                (run := run_bad_start(CASES[name], estimator, seed)).first_rms(run.elevation_error)
+                (run := run_bad_start(CASES[name], estimator, seed)).first_rms(run.error)
                 for seed in range(6)
             ]
         )
-        for name in ("gentle-0.5", "gentle-1")
+        for name in ("gentle-30", "gentle-60")
         for estimator in ("ekf", "mhe")
     }
-    assert median["gentle-1", "ekf"] > 2 * median["gentle-0.5", "ekf"]
-    assert median["gentle-1", "mhe"] == pytest.approx(median["gentle-0.5", "mhe"], rel=0.05)
-    assert median["gentle-1", "ekf"] > 5 * median["gentle-1", "mhe"]
+    assert median["gentle-60", "ekf"] > 2 * median["gentle-30", "ekf"]
+    assert median["gentle-60", "mhe"] == pytest.approx(median["gentle-30", "mhe"], rel=0.05)
+    assert median["gentle-60", "ekf"] > 5 * median["gentle-60", "mhe"]
 
 
 def test_an_unknown_case_is_refused() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from models.free_kinematics import attitude_of
 from suites.gyro_free.cases import CASES
 from suites.gyro_free.gesture import gesture, start_cosines
 from suites.gyro_free.pen import (
@@ -13,13 +14,14 @@ from suites.gyro_free.pen import (
     NO_ROLL_SENSOR,
     UPPER,
     TwoAccelerometers,
+    angle_rates,
     pen_angles,
     rates_and_cosines,
     start,
     two_accelerometers,
 )
 from suites.gyro_free.readings import exact_readings
-from tests.references.pen_readings import world_to_body
+from tests.references.pen_readings import gyroscope, world_to_body
 
 PEN = TwoAccelerometers(0.04, 1e-4, 0.0)
 TO_PEN = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
@@ -38,7 +40,7 @@ def test_angles_of_an_attitude() -> None:
         np.testing.assert_allclose(found, [0, elevation, 0], atol=1e-12)
     for matrix in Rotation.random(20, random_state=1).as_matrix():
         states = np.zeros((1, 18))
-        states[0, 3:6] = pen_angles(matrix)
+        states[0, 3:6] = attitude_of(*pen_angles(matrix))
         np.testing.assert_allclose(rates_and_cosines(states, 6)[1][0], matrix, atol=1e-9)
 
 
@@ -52,6 +54,26 @@ def test_a_start_is_what_was_told() -> None:
     np.testing.assert_array_equal(prior.covariance, model.prior.covariance)
     resting = start(model, C).mean
     assert not resting[6:].any()
+
+
+def test_the_rates_of_the_angles_are_those_of_the_textbook_pen() -> None:
+    states = np.random.default_rng(6).uniform(-1, 1, (20, 15))
+    for x, rate in zip(states, gyroscope(states), strict=True):
+        found = angle_rates(np.array([x[3], x[4], 0.0]), rate)
+        np.testing.assert_allclose(found, [x[8], x[9], 0.0], atol=1e-12)
+    # About the pen's own axis, the other two rates turn with it.
+    spun = Rotation.from_rotvec([0, 0, -0.7]).apply(gyroscope(states))
+    spun[:, 2] += 0.3
+    for x, rate in zip(states, spun, strict=True):
+        found = angle_rates(np.array([x[3], x[4], 0.7]), rate)
+        np.testing.assert_allclose(found, [x[8], x[9], 0.3], atol=1e-12)
+
+
+def test_a_start_of_a_pen_without_spin_is_what_was_told() -> None:
+    _, model = two_accelerometers(TwoAccelerometers(0.04, 1e-4, 0.0, degrees_of_freedom=5))
+    x = np.random.default_rng(7).uniform(-1, 1, (1, 15))
+    rate, C = rates_and_cosines(x, 5)
+    np.testing.assert_allclose(start(model, C[0], rate[0]).mean[[3, 4, 8, 9]], x[0, [3, 4, 8, 9]])
 
 
 def test_sensors_read_what_the_differential_equations_take() -> None:
@@ -87,7 +109,7 @@ def test_what_is_told_is_in_the_model(bias: float, states: int) -> None:
     np.testing.assert_allclose(model.sensor(LOWER).noise_std, 2e-4, rtol=1e-9)
     np.testing.assert_allclose(model.sensor(NO_ROLL_SENSOR).noise_std, np.radians(1), rtol=1e-9)
     x = np.zeros(states)
-    x[4], x[9], x[11] = 0.6, 0.7, 0.2  # elevation; azimuth and spin rates
+    x[3:6], x[9:12] = attitude_of(0.0, 0.6, 0.0), (0.1, 0.7, 0.2)
     roll = float(model.sensor(NO_ROLL_SENSOR).h(x))
-    assert roll == pytest.approx(np.sin(0.6) * 0.7 + 0.2)
+    assert roll == pytest.approx(0.2)
     assert rates_and_cosines(x[None], 6)[0][0, 0] == pytest.approx(roll)

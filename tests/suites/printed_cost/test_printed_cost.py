@@ -128,7 +128,9 @@ def test_mean_and_spread_are_over_the_seeds(table: pd.DataFrame) -> None:
         assert recording.truth is not None
         errors = state_errors(model, history, recording.truth)[history.time_s >= SETTLING_S]
         tips.append(
-            root_mean_square(model, errors, {"mm": (("tip_x_m", "tip_y_m", "tip_z_m"), 1e3)})
+            root_mean_square(
+                history.names, errors, {"mm": (("tip_x_m", "tip_y_m", "tip_z_m"), 1e3)}
+            )
         )
     first, second = (tip["mm"] for tip in tips)
     row = table[(table["sensors"] == "with camera") & (table["model"] == AS_PRINTED)].iloc[0]

@@ -1,0 +1,1 @@
+"""Which noise levels fit a recording? Fitted by what a recording says, never by ink or truth."""

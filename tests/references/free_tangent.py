@@ -1,0 +1,32 @@
+"""A free pen's state a tangent vector away, and what people read of it, by SciPy's rotations."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+SIGMA, V, A = slice(3, 6), slice(6, 9), slice(12, 15)
+
+
+def retracted(x: Array, d: Array) -> Array:
+    """R⁺ = R MRP(d_θ / 4), v and a turned by R⁺ Rᵀ, then added; the rest added."""
+    before = Rotation.from_mrp(x[SIGMA])
+    after = before * Rotation.from_mrp(d[SIGMA] / 4)
+    turn, moved = after * before.inv(), x + d
+    moved[SIGMA] = after.as_mrp()
+    for part in (V, A):
+        moved[part] = turn.apply(x[part]) + d[part]
+    return moved
+
+
+def attitude_outputs(x: Array) -> dict[str, float]:
+    """Azimuth, elevation and spin of an attitude away from upright, and its quaternion, w ≥ 0."""
+    attitude = Rotation.from_mrp(x[SIGMA])
+    azimuth, lean, spin = attitude.as_euler("ZYZ")
+    quaternion = attitude.as_quat(canonical=True, scalar_first=True)
+    named = {"azimuth_rad": azimuth, "elevation_rad": np.pi / 2 - lean, "spin_rad": spin}
+    named |= {f"attitude_{axis}": q for axis, q in zip("wxyz", quaternion, strict=True)}
+    return {name: float(value) for name, value in named.items()}
