@@ -15,9 +15,11 @@ from scipy.stats import multivariate_normal
 
 import pen_mhe as pm
 from models.rotation import world_to_body as to_body
+from pen_mhe.tuning.flatness import plane_spread_m
 from pen_mhe.tuning.gaps import GAPS_S, SEEN_S, camera_elevation, gap_passes
 from pen_mhe.tuning.levels import LevelFilter
-from pen_mhe.tuning.objectives import OBJECTIVES, log_likelihood, plane_spread_m
+from pen_mhe.tuning.likelihood import log_likelihood
+from pen_mhe.tuning.objectives import OBJECTIVES
 from pen_mhe.tuning.parts import SETTLING_S, ScoredPart, cut
 from pen_mhe.tuning.run import tune
 from tests.pen_mhe.tuning.pens import bounded_pen
