@@ -17,7 +17,7 @@ from models.pen_file import AnyPen, as_pen
 from pen_mhe.tuning.levels import LevelFilter
 from pen_mhe.tuning.objectives import OBJECTIVES
 from pen_mhe.tuning.parameters import Parameter, chosen_parameters, with_values
-from pen_mhe.tuning.parts import PARTS, ScoredPart, cut
+from pen_mhe.tuning.parts import PARTS, ScoredPart
 from pen_mhe.tuning.pen_text import PenText
 from pen_mhe.tuning.result import TunedNumber, Tuning
 from pen_mhe.tuning.score import Judge
@@ -89,7 +89,7 @@ def tune(
         )
 
     def part(name: str) -> ScoredPart:
-        return ScoredPart(cut(recording, name), config, filtered.base.model)
+        return ScoredPart.of(recording, name, pen=config, model=filtered.base.model)
 
     judge, others = row.judge(part(fit)), _judges(part(score), objective)
     search = _searched(filtered, judge, chosen, objective, on_progress)

@@ -20,7 +20,7 @@ from pen_mhe.tuning.gaps import GAPS_S, SEEN_S, camera_elevation, gap_passes
 from pen_mhe.tuning.levels import LevelFilter
 from pen_mhe.tuning.likelihood import log_likelihood
 from pen_mhe.tuning.objectives import OBJECTIVES
-from pen_mhe.tuning.parts import SETTLING_S, ScoredPart, cut
+from pen_mhe.tuning.parts import SETTLING_S, ScoredPart
 from pen_mhe.tuning.run import tune
 from tests.pen_mhe.tuning.pens import bounded_pen
 
@@ -89,7 +89,7 @@ def test_gaps_follow_each_other_with_frames_between() -> None:
 def test_frames_in_gaps_are_withheld_from_the_filter(recording: pm.Recording) -> None:
     pen = bounded_pen()
     filtered = LevelFilter(pen, SENSORS)
-    part = ScoredPart(cut(recording, "all"), pen, filtered.base.model)
+    part = ScoredPart.of(recording, "all", pen=pen, model=filtered.base.model)
     given: list[np.ndarray] = []
 
     class Level:
@@ -122,7 +122,7 @@ def test_frames_in_gaps_are_withheld_from_the_filter(recording: pm.Recording) ->
 
 def test_flatness_is_judged_with_fewer_frames_too(recording: pm.Recording) -> None:
     pen = bounded_pen()
-    part = ScoredPart(cut(recording, "all"), pen, pm.pen_model(pen, SENSORS))
+    part = ScoredPart.of(recording, "all", pen=pen, model=pm.pen_model(pen, SENSORS))
     frames = []
 
     def spy(pen: Any, time_s: np.ndarray, y: np.ndarray, **_: Any) -> Any:
@@ -146,14 +146,22 @@ def test_flatness_is_judged_with_fewer_frames_too(recording: pm.Recording) -> No
     assert score.loss == pytest.approx(0.01 * score.value)
 
 
-def test_halves_share_no_reading(recording: pm.Recording) -> None:
-    first, second = cut(recording, "first-half"), cut(recording, "second-half")
-    assert first.time_s[-1] < second.time_s[0]
-    assert len(first.time_s) + len(second.time_s) == len(recording.time_s)
-    assert first.truth is None  # nobody who fits is given it
-    assert second.truth is None
-    counted = ScoredPart(second, bounded_pen(), pm.pen_model(bounded_pen(), SENSORS))
-    assert counted.counts_from_s == second.time_s[0] + SETTLING_S
+def test_a_part_ends_where_the_other_is_scored(recording: pm.Recording) -> None:
+    pen = bounded_pen()
+    model = pm.pen_model(pen, SENSORS)
+    first, second = (
+        ScoredPart.of(recording, part, pen=pen, model=model)
+        for part in ("first-half", "second-half")
+    )
+    middle = (recording.time_s[0] + recording.time_s[-1]) / 2
+    assert first.recording.time_s[-1] < middle
+    assert first.counts_from_s == recording.time_s[0] + SETTLING_S
+    assert second.counts_from_s == middle + SETTLING_S
+    assert second.touches_s.min() >= second.counts_from_s
+    # A filter comes to the second half with what was before, as it would live.
+    np.testing.assert_array_equal(second.recording.time_s, recording.time_s)
+    assert first.recording.truth is None  # nobody who fits is given it
+    assert second.recording.truth is None
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
