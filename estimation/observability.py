@@ -86,11 +86,11 @@ class Observability:
 
     Parameters
     ----------
-    state_names : (n_x,)
-    prior_std : (n_x,) D
+    state_names : (n_x,) what may change: states, or motions where the model names them
+    prior_std : (n_x,) what was known of these changes
     singular_values : (n_x,) of O, descending
     names : (n_o,) what people read
-    gradients : (n_o, n_x) of it, along the tangent space in prior units
+    gradients : (n_o, n_x) of it, by the changes in prior units
     directions : of the unobservable subspace, a basis that is easy to read
     unobservable : (n_x, n) orthonormal basis of the same subspace in prior units
     """
@@ -169,31 +169,64 @@ def observability(
     stage: KalmanStage | None = None,
 ) -> Observability:
     """Return what a motion's readings say about its first state; see `observability_matrix`."""
+    whole = _whole_changes(model, states[0])
     scaled = observability_matrix(model, measurements, states, stage=stage)
+    scaled = scaled / model.prior.std @ whole.to_tangent
     _, s, Vt = np.linalg.svd(scaled, full_matrices=True)
     singular = np.zeros(model.n_x)
     singular[: len(s)] = s
     unobservable = _joined(
         Vt[singular < ROUNDING].T,
-        _symmetric(model, measurements, states),
+        _symmetric(model, measurements, states, whole),
         scaled[np.tile(~model.measured_rows, len(states))],
     )
     return Observability(
-        model.state_names,
-        model.prior.std,
+        whole.names,
+        whole.std,
         singular,
         outputs_of(model).names,
-        output_jacobian(model)(states[0]).full() * model.prior.std,
-        _directions(model, unobservable, states[0]),
+        output_jacobian(model)(states[0]).full() @ whole.to_tangent,
+        _directions(whole, unobservable),
         unobservable,
     )
 
 
-def _symmetric(model: StateSpaceModel, measurements: Sequence[Measurement], states: Array) -> Array:
-    """Return the directions (n_x, n) of symmetries that hold, at the first state, prior units."""
+@dataclass(frozen=True, eq=False)
+class _WholeChanges:
+    """Changes of a state as people name them, in units of what was known of them before.
+
+    Parameters
+    ----------
+    names, units, std : (n_x,)
+    of_tangent, to_tangent : (n_x, n_x) from a tangent vector to them, and back
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    std: Array
+    of_tangent: Array
+    to_tangent: Array
+
+
+def _whole_changes(model: StateSpaceModel, x: Array) -> _WholeChanges:
+    """Return those of a model's `tangent` names at a state, or of its states."""
+    names, units, T = model.state_names, model.state_units, np.eye(model.n_x)
+    if model.tangent is not None:
+        names, units, T = model.tangent.names, model.tangent.units, model.tangent.function(x).full()
+    std = np.sqrt(np.diag(T @ model.prior.covariance @ T.T)).astype(float)
+    return _WholeChanges(names, units, std, T / std[:, None], np.linalg.inv(T) * std)
+
+
+def _symmetric(
+    model: StateSpaceModel,
+    measurements: Sequence[Measurement],
+    states: Array,
+    whole: _WholeChanges,
+) -> Array:
+    """Return the directions (n_x, n) of symmetries that hold, at the first state."""
     dt = measurements[1].time_s - measurements[0].time_s if len(measurements) > 1 else 0.0
     found = [
-        direction(model, symmetry, states[0]) / model.prior.std
+        whole.of_tangent @ direction(model, symmetry, states[0])
         for symmetry in model.symmetries
         if holds(model, symmetry, states[:: max(1, len(states) // SYMMETRY_STATES)], dt)
     ]
@@ -251,31 +284,23 @@ def verdict(model: StateSpaceModel, measurements: Sequence[Measurement], states:
     )
 
 
-def _directions(
-    model: StateSpaceModel, basis: Array, x: Array
-) -> tuple[UnobservableDirection, ...]:
-    """Turn an orthonormal basis (n_x, n), in prior units, at x, into readable directions.
+def _directions(whole: _WholeChanges, basis: Array) -> tuple[UnobservableDirection, ...]:
+    """Turn an orthonormal basis (n_x, n) of whole changes into readable directions.
 
-    Column-pivoted QR of the transpose picks the n states that best tell the
+    Column-pivoted QR of the transpose picks the n changes that best tell the
     directions apart; solving for them leaves each in one direction only.
     """
-    n = basis.shape[1]
+    n_x, n = basis.shape
     if n == 0:
         return ()
-    names, units, std = model.state_names, model.state_units, model.prior.std
-    if model.tangent is not None:
-        names, units, T = model.tangent.names, model.tangent.units, model.tangent.function(x).full()
-        turned = T @ (std[:, None] * basis)
-        std = np.sqrt(np.diag(T @ model.prior.covariance @ T.T))
-        basis = turned / std[:, None]
     _, R, order = qr(basis.T, mode="economic", pivoting=True)
-    echelon = np.zeros((n, model.n_x))
+    echelon = np.zeros((n, n_x))
     echelon[:, order] = solve_triangular(R[:, :n], R)
-    unit_of = dict(zip(names, units, strict=True))
+    units = dict(zip(whole.names, whole.units, strict=True))
     found = []
     for row, leading in sorted(zip(echelon, order[:n], strict=True), key=lambda pair: pair[1]):
         members = np.flatnonzero(np.abs(row) > NEGLIGIBLE)
         ordered = [leading, *(i for i in members if i != leading)]
-        changes = {names[i]: float(row[i] * std[i]) for i in ordered}
-        found.append(UnobservableDirection(changes, {name: unit_of[name] for name in changes}))
+        changes = {whole.names[i]: float(row[i] * whole.std[i]) for i in ordered}
+        found.append(UnobservableDirection(changes, {name: units[name] for name in changes}))
     return tuple(found)

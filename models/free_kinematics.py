@@ -12,7 +12,8 @@ from models.free_pen import ALPHA, N_FREE, OMEGA, SIGMA, STATES, TIP, A, V
 from models.motion import Motion
 from models.outputs import Outputs, TangentNames
 from models.pen_config import UNIFORM_ANGLE_STD_RAD, Prior
-from models.rotation import about_z, vee, world_to_body
+from models.rotation import about_z, cross_matrix, vee, world_to_body
+from models.sensor_kinds.mounted import Vector3
 
 ANGLES = ("azimuth_rad", "elevation_rad", "spin_rad")
 QUATERNION = tuple(f"attitude_{axis}" for axis in "wxyz")
@@ -45,7 +46,7 @@ def free_kinematics(
         covariance=covariance,
         regularity=attitude.level_part(x[SIGMA]),
         outputs=_outputs(x),
-        tangent=_tangent_names(x),
+        tangent=_tangent_names(x, prior.tip_m),
     )
 
 
@@ -66,20 +67,24 @@ def _outputs(x: ca.SX) -> Outputs:
     return Outputs(tuple(table), units, function, wrapped)
 
 
-def _tangent_names(x: ca.SX) -> TangentNames:
-    """Rates and angular accelerations in world axes, the rest as it is."""
+def _tangent_names(x: ca.SX, pivot_m: Vector3) -> TangentNames:
+    """Turns, rates and accelerations in world axes, and whole changes of tip, v and a.
+
+    The tangent vector leaves out what turns with the attitude: δp = d_p + d_θ × (p - c), ….
+    """
     names, units = (list(column) for column in zip(*STATES, strict=True))
     R, T = attitude.body_to_world(x[SIGMA]), ca.SX.eye(N_FREE)
-    names[SIGMA] = [f"turning {axis}" for axis in _AXES]
-    units[SIGMA] = ["rad"] * 3
     for part, word, unit in (
+        (SIGMA, "turning", "rad"),
         (OMEGA, "rate of turning", "rad/s"),
         (ALPHA, "angular acceleration", "rad/s²"),
     ):
         names[part] = [f"{word} {axis}" for axis in _AXES]
         units[part] = [unit] * 3
-        T[part, part] = R
-    return TangentNames(tuple(names), tuple(units), ca.Function("turned", [x], [ca.densify(T)]))
+    T[OMEGA, OMEGA] = T[ALPHA, ALPHA] = R
+    for part, vector in ((TIP, x[TIP] - ca.DM(pivot_m)), (V, x[V]), (A, x[A])):
+        T[part, SIGMA] = -cross_matrix(vector)
+    return TangentNames(tuple(names), tuple(units), ca.Function("whole", [x], [ca.densify(T)]))
 
 
 def attitude_of(azimuth_rad: float, elevation_rad: float, spin_rad: float) -> Array:

@@ -67,8 +67,8 @@ class TangentNames:
     Parameters
     ----------
     names, units : (n_x,)
-    function : casadi.Function (n_x,) -> (n_x, n_x): the matrix that turns a tangent vector at x
-        into amounts of what `names` names; orthogonal
+    function : casadi.Function (n_x,) -> (n_x, n_x): the regular matrix that turns a tangent vector
+        at x into amounts of what `names` names
     """
 
     names: tuple[str, ...]

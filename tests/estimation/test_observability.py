@@ -183,7 +183,9 @@ def test_biases_of_a_free_pen_hide_as_the_paper_says(
     model = configured(6, inertial, tip_seen_by, biased(biases))
     x = np.concatenate([first_state(6), 0.01 * np.arange(1, 3 * len(biases) + 1)])
     found = motion(model, x, second()).observability
-    paper = unobservable_free.held_still(inertial, tip_seen_by, x, np.array(ACCEL_AT), biases)
+    paper = unobservable_free.held_still(
+        inertial, tip_seen_by, x, np.array(ACCEL_AT), biases=biases
+    )
     numbers = NUMBER_LEFT_WITH_BIASES[inertial, biases]
     assert paper.shape[1] == numbers[list(TIP_SEEN_BY).index(tip_seen_by)]
     assert_same_subspace(found, paper)
@@ -211,7 +213,7 @@ def test_matrix_is_the_derivative_of_all_readings_by_the_first_state() -> None:
 
     def readings(amount: float, column: int) -> Array:
         """Readings; those of orientation as a turn in body axes from the camera's own."""
-        y = stacked_readings(model, retracted(x, amount * np.eye(18)[column]), times)
+        y = stacked_readings(model, retracted(x, amount * np.eye(18)[column], np.zeros(3)), times)
         turn = Rotation.from_rotvec(y[:, 9:]).inv() * seen_turn
         return np.hstack([y[:, :9], -turn.as_rotvec()])
 

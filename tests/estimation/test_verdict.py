@@ -41,7 +41,10 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 
 def tangent_vector(model: StateSpaceModel, x: Array, direction: UnobservableDirection) -> Array:
-    """Return the tangent vector (n_x,) of a direction; a free pen's turns are in the world."""
+    """Return the tangent vector (n_x,) of a direction; a free pen's are whole changes in the world.
+
+    Its tip (about the origin), v and a turn with the attitude, its rates are the body's.
+    """
     named = model.tangent
     names = model.state_names if named is None else named.names
     units = model.state_units if named is None else named.units
@@ -51,10 +54,13 @@ def tangent_vector(model: StateSpaceModel, x: Array, direction: UnobservableDire
         assert direction.units[name] == units[names.index(name)]
     if model.tangent is not None:
         into_body = Rotation.from_mrp(x[3:6]).inv()
-        for word in ("turning about", "rate of turning about", "angular acceleration about"):
+        for word in ("rate of turning about", "angular acceleration about"):
             part = [i for i, name in enumerate(names) if name.startswith(word)]
             assert len(part) == 3
             vector[part] = into_body.apply(vector[part])
+        for start in (0, 6, 12):
+            part = slice(start, start + 3)
+            vector[part] -= np.cross(vector[3:6], x[part])
     return vector
 
 
@@ -72,7 +78,7 @@ def test_each_direction_leaves_every_reading_as_it_is(
         matrix = matrix.reshape(len(along.states), model.n_r, model.n_x)[:, :-3]
     found, columns = along.observability, []
     for direction in found.directions:
-        columns.append(tangent_vector(model, x, direction) / found.prior_std)
+        columns.append(tangent_vector(model, x, direction) / model.prior.std)
         # The readings' largest change is 2e4 deviations: 1e-7 is rounding.
         assert np.abs(matrix @ columns[-1]).max() < 1e-7 * np.abs(columns[-1]).max()
     assert len(columns) == found.unobservable.shape[1]
@@ -186,9 +192,12 @@ def test_unseen_fraction_is_what_infinitely_good_readings_leave(n_q: int) -> Non
     x = first_state(n_q)
     along = motion(configured(n_q, "accel", "nothing"), x, second())
     matrix = observability_matrix(along.model, along.measurements, along.states)
+    found, tangent = along.observability, along.model.tangent
+    T = np.eye(3 * n_q) if tangent is None else tangent.function(x).full()
+    of_changes = np.linalg.inv(T) * found.prior_std  # a tangent vector of each change
+    matrix = matrix / along.model.prior.std @ of_changes
     P = np.linalg.inv(np.eye(3 * n_q) + matrix.T @ matrix)
-    found = along.observability
-    g = gradients(found.names, x) * found.prior_std
+    g = gradients(found.names, x) @ of_changes
     variance = np.einsum("oi,ij,oj->o", g, P, g) / (g**2).sum(axis=1)
     unseen = found.unseen_fraction**2
     weakest = found.singular_values[found.rank - 1]
@@ -208,7 +217,7 @@ def gradients(names: tuple[str, ...], x: Array) -> Array:
         return np.eye(15)
 
     def outputs(d: Array) -> Array:
-        moved = retracted(x, d)
+        moved = retracted(x, d, np.zeros(3))
         rest = iter([*moved[:3], *moved[6:]])
         shown = attitude_outputs(moved)
         return np.array([shown[name] if name in shown else next(rest) for name in names])

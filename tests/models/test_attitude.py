@@ -85,7 +85,7 @@ def test_a_tangent_vector_is_a_rotation_vector_to_second_order(R: Rotation) -> N
 
     def error(length: float) -> float:
         found = RETRACT(sigma, length * axis).full()
-        wrong = R.inv() * rotation_of(found) * Rotation.from_rotvec(-length * axis)
+        wrong = rotation_of(found) * R.inv() * Rotation.from_rotvec(-length * axis)
         return float(np.linalg.norm(wrong.as_rotvec()))
 
     order = np.log2(error(0.2) / error(0.1))

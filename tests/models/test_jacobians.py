@@ -201,13 +201,13 @@ def test_retract_and_difference_of_the_free_pen(which: int, seed: int) -> None:
     delta = rng.normal(size=model.n_x)
     R, R_other = (Rotation.from_mrp(state[SIGMA]) for state in (x, other))
 
-    moved, R_moved = x + delta, R * Rotation.from_mrp(delta[SIGMA] / 4)
-    moved[SIGMA] = R_moved.as_mrp()
-    away = x - other
-    away[SIGMA] = 4 * (R_other.inv() * R).as_mrp()
-    for vector in (V, A):
-        moved[vector] = (R_moved * R.inv()).apply(x[vector]) + delta[vector]
-        away[vector] = x[vector] - (R * R_other.inv()).apply(other[vector])
+    moved, turn, pivot = x + delta, Rotation.from_mrp(delta[SIGMA] / 4), model.prior.mean[TIP]
+    moved[SIGMA] = (turn * R).as_mrp()
+    away, turned = x - other, R * R_other.inv()
+    away[SIGMA] = 4 * turned.as_mrp()
+    for vector, about in ((TIP, pivot), (V, 0.0), (A, 0.0)):
+        moved[vector] = about + turn.apply(x[vector] - about) + delta[vector]
+        away[vector] = x[vector] - about - turned.apply(other[vector] - about)
     for function, second, expected, length in (
         (model.retract, delta, moved, 1.0),
         (model.difference, other, away, 4.0),

@@ -158,9 +158,10 @@ def test_a_stationary_start_stays_stationary(tip: TipMotion) -> None:
 
 
 def attitude_part(**prior: float) -> Array:
-    """Covariance (3, 3) of the first attitude in the body's axes, rad²."""
+    """Covariance (3, 3) of the first attitude in the body's axes, of the model's in the world's."""
     model = model_of(6, prior=Prior(**prior))
-    return np.asarray(model.prior.covariance[SIGMA, SIGMA])
+    R = Rotation.from_mrp(model.prior.mean[SIGMA]).as_matrix()
+    return np.asarray(R.T @ model.prior.covariance[SIGMA, SIGMA] @ R)
 
 
 def jacobian_by_scipy(azimuth: float, elevation: float, spin: float) -> Array:

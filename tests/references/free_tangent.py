@@ -8,15 +8,14 @@ from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 
-SIGMA, V, A = slice(3, 6), slice(6, 9), slice(12, 15)
+TIP, SIGMA, V, A = slice(0, 3), slice(3, 6), slice(6, 9), slice(12, 15)
 
 
-def retracted(x: Array, d: Array) -> Array:
-    """R⁺ = R MRP(d_θ / 4), v and a turned by R⁺ Rᵀ, then added; the rest added."""
-    before = Rotation.from_mrp(x[SIGMA])
-    after = before * Rotation.from_mrp(d[SIGMA] / 4)
-    turn, moved = after * before.inv(), x + d
-    moved[SIGMA] = after.as_mrp()
+def retracted(x: Array, d: Array, pivot: Array) -> Array:
+    """R⁺ = W R with W = MRP(d_θ / 4), p about the pivot, v and a turned by W, then added."""
+    turn, moved = Rotation.from_mrp(d[SIGMA] / 4), x + d
+    moved[SIGMA] = (turn * Rotation.from_mrp(x[SIGMA])).as_mrp()
+    moved[TIP] = pivot + turn.apply(x[TIP] - pivot) + d[TIP]
     for part in (V, A):
         moved[part] = turn.apply(x[part]) + d[part]
     return moved

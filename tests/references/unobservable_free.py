@@ -1,11 +1,8 @@
-"""What no reading of a free pen shows, derived on paper, in the tangent space of its state.
+"""What no reading of a free pen shows, derived on paper, in whole changes of its motion.
 
 δϑ is a turn of the pen in the world, B = Rᵀ world to body, f the specific force, ω and α the
 body's rate and its derivative, b_a and b_g constant biases in body axes. δp, δv, δa are whole
-changes of the tip's motion. The tangent space lets v and a turn with the attitude, so its
-components are
-
-    d_p = δp,   d_θ = Rᵀ δϑ,   d_v = δv - δϑ × v,   d_ω = δω,   d_a = δa - δϑ × a,   d_α = δα
+changes of the tip's motion.
 
 Without noise a and α are constant, R(t) = R₀ E(t), where E depends on ω and α alone.
 
@@ -61,8 +58,8 @@ AXES = np.eye(3)
 GRAVITY = 9.81
 
 
-class Tangents:
-    """Tangent vectors at a state, of whole changes in the world.
+class Changes:
+    """Changes of a state (n_x,): δp, δϑ, δv, δΩ, δa, δA in the world, biases in body axes.
 
     Parameters
     ----------
@@ -72,26 +69,15 @@ class Tangents:
 
     def __init__(self, x: Array, biases: tuple[str, ...] = ()) -> None:
         self.x, self.R = x, Rotation.from_mrp(x[THETA]).as_matrix()
-        self.bias = {
-            name: slice(N_FREE + 3 * i, N_FREE + 3 * i + 3) for i, name in enumerate(biases)
-        }
+        self.part = {"p": P, "turn": THETA, "v": V, "rate": OMEGA, "a": A, "acceleration": ALPHA}
+        for i, name in enumerate(biases):
+            self.part[name] = slice(N_FREE + 3 * i, N_FREE + 3 * i + 3)
 
     def of(self, **changes: Array) -> Array:
-        """Return the tangent vector (n_x,) that is zero but for some changes.
-
-        p, v, a, turn, rate (of turning), acceleration (of turning): (3,) in the world; accel, gyro:
-        (3,) of their biases, body axes.
-        """
-        zero = np.zeros(3)
-        turn = changes.pop("turn", zero)
+        """Return the vector (n_x,) that is zero but for some changes."""
         d = np.zeros(len(self.x))
-        d[P], d[THETA] = changes.pop("p", zero), self.R.T @ turn
-        d[V] = changes.pop("v", zero) - np.cross(turn, self.x[V])
-        d[A] = changes.pop("a", zero) - np.cross(turn, self.x[A])
-        d[OMEGA] = self.R.T @ changes.pop("rate", zero)
-        d[ALPHA] = self.R.T @ changes.pop("acceleration", zero)
-        for name, bias in changes.items():
-            d[self.bias[name]] = bias
+        for name, change in changes.items():
+            d[self.part[name]] = change
         return d
 
     def each(self, *names: str) -> list[Array]:
@@ -100,7 +86,11 @@ class Tangents:
 
 
 def held_still(
-    inertial: str, tip_seen_by: str, x: Array, mounting: Array, biases: tuple[str, ...] = ()
+    inertial: str,
+    tip_seen_by: str,
+    x: Array,
+    mounting: Array,
+    biases: tuple[str, ...] = (),
 ) -> Array:
     """Return a basis (n_x, n) of what is unobservable at rest.
 
@@ -112,7 +102,7 @@ def held_still(
     mounting : (3,) of a lone accelerometer, body axes
     biases : of ``accel``, ``gyro`` those that have one, in the state's order
     """
-    at = Tangents(x, biases)
+    at = Changes(x, biases)
     if tip_seen_by == "camera":
         return _columns(x, [])
     is_open = tip_seen_by == "nothing"
@@ -153,7 +143,7 @@ def in_motion(inertial: str, tip_seen_by: str, x: Array, centre: Array) -> Array
     inertial, tip_seen_by : see `held_still`
     centre : (3,) c of the area
     """
-    at, is_open = Tangents(x), tip_seen_by == "nothing"
+    at, is_open = Changes(x), tip_seen_by == "nothing"
     if tip_seen_by == "camera":
         return _columns(x, [])
     if inertial == "gyro":
