@@ -11,31 +11,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-import numpy as np
-
 from estimation.recording import Recording
 from models.frozen_mapping import FrozenMapping
 from models.gentle_hand import at_speed, bounded_writing
-from models.minimum_jerk import MinimumJerk
 from models.motion import Motion, TipWhiteJerk, white_jerk_motion
 from models.motions import motion_named
 from models.names import unknown
 from models.pen import pen_model
 from models.pen_config import PenConfig, Prior
 from models.pen_file import load_pen
-from models.random_streams import seed_sequence, stream
 from models.sensor_kinds.table import Sensor
 from models.state_space import StateSpaceModel
 from recordings.motion_list import DRAWN
 from recordings.simulate_pen import simulate, simulate_model
-
-FROM_REST = "strokes from rest"
-"""A motion of its own for every seed: rest, then minimum-jerk strokes to drawn points."""
-
-REST_S, STROKE_S = 0.2, 0.4
-STROKE_TIP_STD_MM = (10.0, 10.0, 4.0)
-STROKE_ANGLES_STD_DEG = (8.0, 5.0, 10.0)
-"""Of the points: letters, and the turning of a pen that writes."""
+from suites.bad_starts.strokes import FROM_REST, strokes_from_rest
 
 RIGHT_START_STD_DEG = 5.0
 """What is told of a start without error."""
@@ -234,21 +223,4 @@ def case_recording(case: BadStart, seed: int) -> Recording:
     motion = strokes_from_rest(seed) if case.motion == FROM_REST else motion_named(case.motion)
     return simulate(
         case_pen(case), case.sensors, motion=motion, duration_s=case.duration_s, seed=seed
-    )
-
-
-def strokes_from_rest(seed: int, duration_s: float = BadStart.duration_s) -> MinimumJerk:
-    """Return a pen that rests for `REST_S` and then moves from one drawn point to the next."""
-    n = math.ceil((duration_s - REST_S) / STROKE_S)
-    drawn = stream(seed_sequence(seed), "strokes from rest").standard_normal((n, 6))
-    away = np.vstack([np.zeros(6), drawn]) * [*STROKE_TIP_STD_MM, *STROKE_ANGLES_STD_DEG]
-    held = motion_named("still")
-    assert isinstance(held, MinimumJerk)
-    return MinimumJerk.model_validate(
-        {
-            "description": "a pen at rest, then strokes to drawn points",
-            "time_s": [REST_S + STROKE_S * k for k in range(n + 1)],
-            "tip_mm": away[:, :3].tolist(),
-            "angles_deg": (np.degrees(held.angles_rad[0]) + away[:, 3:]).tolist(),
-        }
     )

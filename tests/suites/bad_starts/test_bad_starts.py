@@ -22,13 +22,11 @@ from suites.bad_starts.cases import (
     CASES,
     FROM_REST,
     KNOWLEDGE,
-    REST_S,
     BadStart,
     case_model,
     case_named,
     case_pen,
     case_recording,
-    strokes_from_rest,
 )
 from suites.bad_starts.run import (
     ESTIMATORS,
@@ -38,6 +36,7 @@ from suites.bad_starts.run import (
     summary,
     tilt_vectors,
 )
+from suites.bad_starts.strokes import REST_S, strokes_from_rest
 from tests.linear_models import coupled_system, irregular_times
 from tests.references import pen_readings
 
