@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from benchmark.bodies import PAPER_MOTION
 from models.pen import pen_model
 from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
@@ -74,7 +75,10 @@ def contract_models() -> Mapping[str, StateSpaceModel]:
     """Return every model × configuration that estimators must work on, by name."""
     models = {}
     for dof in (5, 6):
-        pen = load_pen("reference").model_copy(update={"degrees_of_freedom": dof})
+        change: dict[str, object] = {"degrees_of_freedom": dof}
+        pen = load_pen("reference").model_copy(
+            update=change | ({"motion": PAPER_MOTION} if dof == 5 else {})
+        )
         for name, configuration in CONFIGURATIONS.items():
             models[f"pen{dof} {name}"] = pen_model(pen, configuration.sensors)
     for name, configuration in TURNTABLE_CONFIGURATIONS.items():

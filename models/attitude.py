@@ -54,13 +54,13 @@ def exponential(turn: ca.SX) -> ca.SX:
 
 
 def retract(sigma: ca.SX, d: ca.SX) -> ca.SX:
-    """Return the attitude that is a tangent vector (rad, body axes) away."""
-    return product(sigma, d / 4)
+    """Return the attitude that is a tangent vector (rad, world axes) away."""
+    return product(d / 4, sigma)
 
 
 def difference(to: ca.SX, of: ca.SX) -> ca.SX:
     """Return the tangent vector from one attitude to another; at most 4 long (half a turn)."""
-    return 4 * product(-of, to)
+    return 4 * product(to, -of)
 
 
 def rate(sigma: ca.SX, body_rate: ca.SX) -> ca.SX:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Protocol
 
 import casadi as ca
 
@@ -14,11 +15,26 @@ Rows = Callable[[ca.SX], ca.SX]
 """(x) -> expressions that have to be ≤ 0."""
 
 
+class Bounded(Protocol):
+    """What is bounded; see `models.state_space.StateSpaceModel`."""
+
+    @property
+    def name(self) -> str:
+        """For people."""
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """(n_x,)"""
+
+    @property
+    def outputs(self) -> Outputs | None:
+        """None where people read the states."""
+
+
 def split_bounds(
-    model: str,
+    model: Bounded,
     bounds: Mapping[str, tuple[float, float]],
-    state_names: tuple[str, ...],
-    outputs: Outputs | None,
+    *,
     lower: Array,
     upper: Array,
 ) -> list[Rows]:
@@ -26,7 +42,6 @@ def split_bounds(
 
     Parameters
     ----------
-    model : its name
     bounds : name → (lower, upper)
 
     Raises
@@ -34,10 +49,11 @@ def split_bounds(
     InputError
         If a name is unknown, or a bound is empty.
     """
+    state_names, outputs = model.state_names, model.outputs
     known = tuple(dict.fromkeys((*state_names, *(outputs.names if outputs else ()))))
     rows = []
     for name, (low, high) in bounds.items():
-        check_bound(model, known, name, (low, high))
+        check_bound(model.name, known, name, (low, high))
         if name in state_names:
             index = state_names.index(name)
             lower[index], upper[index] = low, high

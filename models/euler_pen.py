@@ -50,7 +50,7 @@ def kinematic_states(degrees_of_freedom: int) -> tuple[tuple[str, str], ...]:
     )
 
 
-def euler_body(q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX, fixed_spin_rad: float = 0.0) -> RigidBody:
+def euler_body(q: ca.SX, q_dot: ca.SX, q_ddot: ca.SX, *, fixed_spin_rad: float = 0.0) -> RigidBody:
     """Return the body in symbols of its coordinates (5,) or (6,), their rates and accelerations."""
     spin = q[5] if q.numel() == 6 else ca.SX(fixed_spin_rad)
     return RigidBody(q, q_dot, q_ddot, q[:3], world_to_body(q[3], q[4], spin))

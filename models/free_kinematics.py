@@ -38,9 +38,9 @@ def free_kinematics(
         x=x,
         names=names,
         units=units,
-        step=lambda x, w, dt: free_pen.step(x, w, dt, tip, turning, motion.tip.centre_m),
-        retract=free_pen.retract,
-        difference=free_pen.difference,
+        step=lambda x, w, dt: free_pen.step(x, w, dt, tip, turning, centre_m=motion.tip.centre_m),
+        retract=lambda x, d: free_pen.retract(x, d, prior.tip_m),
+        difference=lambda to, of: free_pen.difference(to, of, prior.tip_m),
         mean=mean,
         covariance=covariance,
         regularity=attitude.level_part(x[SIGMA]),
@@ -67,11 +67,12 @@ def _outputs(x: ca.SX) -> Outputs:
 
 
 def _tangent_names(x: ca.SX) -> TangentNames:
-    """Turns, rates and angular accelerations in world axes, the rest as it is."""
+    """Rates and angular accelerations in world axes, the rest as it is."""
     names, units = (list(column) for column in zip(*STATES, strict=True))
     R, T = attitude.body_to_world(x[SIGMA]), ca.SX.eye(N_FREE)
+    names[SIGMA] = [f"turning {axis}" for axis in _AXES]
+    units[SIGMA] = ["rad"] * 3
     for part, word, unit in (
-        (SIGMA, "turning", "rad"),
         (OMEGA, "rate of turning", "rad/s"),
         (ALPHA, "angular acceleration", "rad/s²"),
     ):
@@ -101,7 +102,8 @@ def _prior(prior: Prior, tip_std: tuple[float, float]) -> tuple[Array, Array]:
         (ALPHA, prior.angle_acceleration_std_rad_s2),
     ):
         covariance[part, part] = std**2 * np.eye(3)
-    covariance[SIGMA, SIGMA] = attitude_covariance(prior)
+    R = ca.evalf(attitude.body_to_world(ca.SX(mean[SIGMA]))).full()
+    covariance[SIGMA, SIGMA] = R @ attitude_covariance(prior) @ R.T
     return mean, covariance
 
 

@@ -12,16 +12,24 @@ chains (`models.chains`), isotropic, so that no direction is told from another:
 A constant error of the attitude costs no noise and shows in no rate: a gyroscope alone tells
 nothing of tilt or heading, as it should. (White jerk on Euler angles makes it an inclinometer.)
 
-In the tangent space the tip's v and a turn with the attitude,
+The tangent space is that of the world's axes, and tip, v and a turn with the attitude, the tip
+about a pivot c:
 
-    retract(x, d): R⁺ = R Exp(d_θ), W = R⁺ Rᵀ, v⁺ = W v + d_v, a⁺ = W a + d_a, else added
+    retract(x, d): R⁺ = W R, W = Exp(d_θ), p⁺ = c + W (p - c) + d_p, v⁺ = W v + d_v,
+                   a⁺ = W a + d_a, else added
 
-so that what an accelerometer reads of a does not depend on d_θ.
+So what an accelerometer reads of a does not depend on d_θ; and turning everything about the
+vertical, which no inertial sensor shows, is the same tangent vector (d_θ = e_z alone) at every
+state, so that no update makes an estimator believe in a heading.
+
+References
+----------
+Barrau, Bonnabel (2017), The invariant extended Kalman filter as a stable observer, IEEE Trans.
+Automatic Control 62(4): errors whose unseen directions do not depend on the estimate.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import casadi as ca
@@ -33,6 +41,7 @@ from models.sensor_kinds.mounted import Vector3
 
 TIP, SIGMA, V, OMEGA, A, ALPHA = (slice(3 * i, 3 * i + 3) for i in range(6))
 N_FREE = 18
+ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 
 STATES: tuple[tuple[str, str], ...] = tuple(
     (pattern.format(axis), unit)
@@ -89,7 +98,8 @@ def step(
     dt: ca.SX,
     tip: Chain,
     turning: Chain,
-    centre_m: Vector3 = (0.0, 0.0, 0.0),
+    *,
+    centre_m: Vector3 = ORIGIN,
 ) -> ca.SX:
     """Return the 18 states after `dt` seconds with unit noises w (18,).
 
@@ -119,37 +129,28 @@ def step(
     return ca.vertcat(centre + moved[0], sigma, moved[1], rate, moved[2], acceleration)
 
 
-def retract(x: ca.SX, d: ca.SX) -> ca.SX:
+def retract(x: ca.SX, d: ca.SX, pivot_m: Vector3 = ORIGIN) -> ca.SX:
     """Return the states (18,) that a tangent vector (18,) is away."""
-    turned = _turning(x[SIGMA], d[SIGMA] / 4)
+    W, pivot = attitude.body_to_world(d[SIGMA] / 4), ca.DM(pivot_m)
     return ca.vertcat(
-        x[TIP] + d[TIP],
+        pivot + W @ (x[TIP] - pivot) + d[TIP],
         attitude.retract(x[SIGMA], d[SIGMA]),
-        turned(x[V]) + d[V],
+        W @ x[V] + d[V],
         x[OMEGA] + d[OMEGA],
-        turned(x[A]) + d[A],
+        W @ x[A] + d[A],
         x[ALPHA] + d[ALPHA],
     )
 
 
-def difference(to: ca.SX, of: ca.SX) -> ca.SX:
+def difference(to: ca.SX, of: ca.SX, pivot_m: Vector3 = ORIGIN) -> ca.SX:
     """Return the tangent vector (18,) from one to another."""
-    turn = attitude.difference(to[SIGMA], of[SIGMA])
-    turned = _turning(of[SIGMA], turn / 4)
+    turn, pivot = attitude.difference(to[SIGMA], of[SIGMA]), ca.DM(pivot_m)
+    W = attitude.body_to_world(turn / 4)
     return ca.vertcat(
-        to[TIP] - of[TIP],
+        to[TIP] - pivot - W @ (of[TIP] - pivot),
         turn,
-        to[V] - turned(of[V]),
+        to[V] - W @ of[V],
         to[OMEGA] - of[OMEGA],
-        to[A] - turned(of[A]),
+        to[A] - W @ of[A],
         to[ALPHA] - of[ALPHA],
     )
-
-
-def _turning(sigma: ca.SX, turn: ca.SX) -> Callable[[ca.SX], ca.SX]:
-    """Return u → W u in the world, W = R⁺ Rᵀ = R R(turn) Rᵀ for R⁺ = R R(turn).
-
-    In this order its derivative at no turn is cheap.
-    """
-    R, of_turn = attitude.body_to_world(sigma), attitude.body_to_world(turn)
-    return lambda vector: R @ (of_turn @ (R.T @ vector))

@@ -31,7 +31,7 @@ MotionConfig = MinimumJerk | SigmaLognormal | Handwriting
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class SampledMotion:
     """A sampled motion.
 
     Parameters
@@ -116,7 +116,7 @@ def sample_motion(
     *,
     seed: Seed = 0,
     speed: float = 1.0,
-) -> Motion:
+) -> SampledMotion:
     """Sample a motion with its exact derivatives.
 
     Parameters
@@ -138,4 +138,4 @@ def sample_motion(
     name = motion if isinstance(motion, str) else config.kind
     sample = MOTION_KINDS[config.kind].sample
     q, q_dot, q_ddot = sample(config, speed * time_s, np.random.default_rng(seed))
-    return Motion(name, time_s, q, speed * q_dot, speed**2 * q_ddot)
+    return SampledMotion(name, time_s, q, speed * q_dot, speed**2 * q_ddot)

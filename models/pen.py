@@ -111,7 +111,7 @@ def _paper_pen(config: PenConfig, has_camera: bool) -> tuple[Kinematics, Body]:
     kinematics = euler_kinematics(
         q, q_dot, q_ddot, config.motion, config.prior, has_camera=has_camera
     )
-    rigid = euler_body(q, q_dot, q_ddot, config.fixed_spin_rad)
+    rigid = euler_body(q, q_dot, q_ddot, fixed_spin_rad=config.fixed_spin_rad)
     errors = config.printed_errors
     return kinematics, PrintedBody(rigid, errors) if errors else rigid
 

@@ -14,7 +14,7 @@ from models.kinematics import Body
 from models.pen_config import PenConfig
 
 
-def pen_body(x: ca.SX, degrees_of_freedom: int, fixed_spin_rad: float = 0.0) -> Body:
+def pen_body(x: ca.SX, degrees_of_freedom: int, *, fixed_spin_rad: float = 0.0) -> Body:
     """Return the body of a pen in symbols of its state (n_x,), biases last.
 
     Parameters
@@ -24,7 +24,7 @@ def pen_body(x: ca.SX, degrees_of_freedom: int, fixed_spin_rad: float = 0.0) -> 
     if degrees_of_freedom == 6:
         return FreeBody(x[:N_FREE])
     n = degrees_of_freedom
-    return euler_body(x[:n], x[n : 2 * n], x[2 * n : 3 * n], fixed_spin_rad)
+    return euler_body(x[:n], x[n : 2 * n], x[2 * n : 3 * n], fixed_spin_rad=fixed_spin_rad)
 
 
 def rates_and_attitudes(pen: PenConfig, states: Array) -> tuple[Array, Array]:
@@ -47,6 +47,6 @@ def rates_and_attitudes(pen: PenConfig, states: Array) -> tuple[Array, Array]:
 def _rates_and_attitudes(n_x: int, degrees_of_freedom: int, fixed_spin_rad: float) -> ca.Function:
     """Return (x (n_x,)) -> ω (3,), the rows of B one after another (9,)."""
     x = ca.SX.sym("x", n_x)
-    body = pen_body(x, degrees_of_freedom, fixed_spin_rad)
+    body = pen_body(x, degrees_of_freedom, fixed_spin_rad=fixed_spin_rad)
     rows = ca.vec(body.world_to_body.T)
     return ca.Function("body", [x], [ca.densify(body.body_rate()), ca.densify(rows)])

@@ -18,7 +18,7 @@ import numpy as np
 
 from models.arrays import Array
 from models.errors import InputError
-from models.motions import Motion
+from models.motions import SampledMotion
 from models.noisy_readings import digitised, noisy_readings, touching
 from models.random_streams import Seed, seed_sequence, stream
 from models.sensor_model import SensorModel
@@ -113,7 +113,7 @@ def drawn_states(model: StateSpaceModel, time_s: Array, rng: np.random.Generator
 
 def true_states(
     model: StateSpaceModel,
-    motion: Motion,
+    motion: SampledMotion,
     seed: Seed,
     *,
     times: Mapping[str, Array] | None = None,

@@ -207,7 +207,7 @@ class StateSpaceModel:
             If a name is unknown, a bound is empty, or no state meets them all.
         """
         lower, upper = self.lower.copy(), self.upper.copy()
-        rows = split_bounds(self.name, bounds, self.state_names, self.outputs, lower, upper)
+        rows = split_bounds(self, bounds, lower=lower, upper=upper)
         model = feasible(self.replace(lower=lower, upper=upper))
         for row in rows:
             model = model.constrained(row)

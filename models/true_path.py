@@ -13,7 +13,7 @@ from models.arrays import Array
 from models.euler_pen import euler_body, kinematic_states
 from models.free_kinematics import QUATERNION
 from models.free_pen import ALPHA, OMEGA, SIGMA, STATES
-from models.motions import Motion
+from models.motions import SampledMotion
 
 TRUE_NAMES = (
     *(name for name, _ in kinematic_states(6)),
@@ -34,7 +34,7 @@ def _of_coordinates() -> ca.Function:
     return ca.Function("true_path", [q, q_dot, q_ddot], values)
 
 
-def true_path(motion: Motion) -> Mapping[str, Array]:
+def true_path(motion: SampledMotion) -> Mapping[str, Array]:
     """Return name → (n,): coordinates with rates, and the attitude with the body's rates."""
     along = [motion.q, motion.q_dot, motion.q_ddot]
     names = [name for name, _ in kinematic_states(6)]

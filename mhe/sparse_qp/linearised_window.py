@@ -95,7 +95,7 @@ class Lineariser:
 
     @np.errstate(over="ignore", invalid="ignore")  # absurd readings: the status says it
     def __call__(
-        self, window: WindowStages, scales: Scales, prior: GaussianState | None = None
+        self, window: WindowStages, scales: Scales, *, prior: GaussianState | None = None
     ) -> Linearised:
         """Run the Kalman stage over the window with all deviations zero.
 

@@ -158,7 +158,7 @@ class OsqpWindow:
                 "an OsqpWindow is made for one length"
             )
         prior, d = self.lineariser.carried(window.prior, d, window.x[0])
-        linear = self.lineariser(window, scales, prior)
+        linear = self.lineariser(window, scales, prior=prior)
         L = _factor(prior.covariance)
         self._rescale(linear.newest)
         qp = ScaledQp(self._pattern, linear, L, d, scales.noises, self._scale)

@@ -82,7 +82,7 @@ class LevelFilter:
     ) -> None:
         self.pen, self.sensors, self.writing_area = pen, tuple(sensors), writing_area
         self.parameters = parameters_of(pen, sensors)
-        self._chain = tuple(p for p in self.parameters if p.kind == "chain")
+        self._chain = tuple(p for p in self.parameters if p.role == "chain")
         self.base = self._levels(pen)
         self._n = self.base.model.n_x
         self._last: tuple[PenConfig, Levels] | None = None
@@ -93,7 +93,7 @@ class LevelFilter:
         changed = [
             with_values(self.pen, {p: PROBE * p.start(self.pen)})
             for p in self.parameters
-            if p.kind != "chain"
+            if p.role != "chain"
         ]
         return [self.base, *map(self._levels, changed)]
 

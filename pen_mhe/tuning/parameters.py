@@ -26,7 +26,7 @@ MOTION, SENSORS = "motion", "sensors"
 SENSOR_FIELDS: Mapping[str, re.Pattern[str]] = MappingProxyType(
     {"walk": re.compile("bias_walk"), "noise": re.compile("noise_density|(?!bias).*std")}
 )
-"""Kind of a parameter → how its field begins, without the unit."""
+"""Role of a parameter → how its field begins, without the unit."""
 
 SMALLEST_WALK = 1e-2
 """Of a bias' prior, per √s: where a walk starts that the file has as zero."""
@@ -38,14 +38,14 @@ class Parameter:
 
     Parameters
     ----------
-    kind : ``noise``, ``walk`` or ``chain``
+    role : ``noise``, ``walk`` or ``chain``
     table : where it stands: ``("sensors", "accel")``, ``("motion", "tip")``
     field : its key in SI
     sees_pose : whether it is a noise of a sensor that does, see
         `models.sensor_kinds.mounted.SensorBase`
     """
 
-    kind: str
+    role: str
     table: tuple[str, str]
     field: str
     sees_pose: bool = False
@@ -93,13 +93,13 @@ def parameters_of(pen: PenConfig, sensors: Sequence[str]) -> tuple[Parameter, ..
         sensor = pen.sensors[name]
         for field in type(sensor).model_fields:
             stem, value = split_unit(field)[0], getattr(sensor, field)
-            for kind, pattern in SENSOR_FIELDS.items():
+            for role, pattern in SENSOR_FIELDS.items():
                 if not pattern.fullmatch(stem.split("_per_")[0]) or not isinstance(value, float):
                     continue
-                if kind == "walk" and not sensor.bias_states(name).names:
+                if role == "walk" and not sensor.bias_states(name).names:
                     continue  # no bias that could walk
-                is_pose = kind == "noise" and sensor.sees_pose
-                found.append(Parameter(kind, (SENSORS, name), field, is_pose))
+                is_pose = role == "noise" and sensor.sees_pose
+                found.append(Parameter(role, (SENSORS, name), field, is_pose))
     return tuple(found)
 
 

@@ -27,55 +27,56 @@ SETTLING_S = 2.0
 """At the start of a part, while the filter forgets its prior; not scored."""
 
 
-def cut(recording: Recording, part: str) -> Recording:
-    """Return a part of a recording, one of `PARTS`, without its truth.
-
-    Raises
-    ------
-    InputError
-        If the part is too short for the filter to settle and be scored.
-    """
-    first, last = recording.time_s[0], recording.time_s[-1]
-    low, high = (first + share * (last - first) for share in PARTS[part])
-    kept = (recording.time_s >= low) & ((recording.time_s < high) | (PARTS[part][1] == 1.0))
-    if high - low <= 2 * SETTLING_S:
-        raise InputError(
-            f"recording {recording.name}: its part {part} lasts {high - low:.3g} s, "
-            f"expected more than {2 * SETTLING_S:g} s"
-        )
-    return dataclasses.replace(
-        recording,
-        time_s=recording.time_s[kept],
-        readings={name: values[kept] for name, values in recording.readings.items()},
-        truth=None,
-    )
-
-
 @dataclass(frozen=True, eq=False)
 class ScoredPart:
     """A part of a recording as objectives see it.
 
     Parameters
     ----------
-    recording : the part, with all sensors that it has
+    recording : up to the part's end, with all sensors that it has
+    counts_from_s : the instant from which on the part is scored: the filter comes to it with
+        what was before, and not from its prior
     pen : as its file is
     model : of the sensors that are used
     """
 
     recording: Recording
+    counts_from_s: float
     pen: PenConfig
     model: StateSpaceModel
+
+    @classmethod
+    def of(
+        cls, recording: Recording, part: str, *, pen: PenConfig, model: StateSpaceModel
+    ) -> ScoredPart:
+        """Return a part, one of `PARTS`, without truth and without anything that comes later.
+
+        Raises
+        ------
+        InputError
+            If the part is too short for the filter to settle and be scored.
+        """
+        first, last = recording.time_s[0], recording.time_s[-1]
+        low, high = (first + share * (last - first) for share in PARTS[part])
+        kept = (recording.time_s < high) | (PARTS[part][1] == 1.0)
+        if high - low <= 2 * SETTLING_S:
+            raise InputError(
+                f"recording {recording.name}: its part {part} lasts {high - low:.3g} s, "
+                f"expected more than {2 * SETTLING_S:g} s"
+            )
+        until = dataclasses.replace(
+            recording,
+            time_s=recording.time_s[kept],
+            readings={name: values[kept] for name, values in recording.readings.items()},
+            truth=None,
+        )
+        return cls(until, float(low) + SETTLING_S, pen, model)
 
     @cached_property
     def stacked(self) -> tuple[Array, Array]:
         """Times (n,) and readings (n, n_y) of the sensors that are used."""
         used = self.recording.select([sensor.name for sensor in self.model.measured_sensors])
         return used.stacked(self.model)
-
-    @property
-    def counts_from_s(self) -> float:
-        """The instant from which on the part is scored."""
-        return float(self.recording.time_s[0]) + SETTLING_S
 
     @cached_property
     def touches_s(self) -> Array:

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 from models.errors import InputError
 from models.pen_config import PenConfig
 from models.version import version
-from pen_mhe.tuning.objectives import OBJECTIVES, Score
+from pen_mhe.tuning.objectives import OBJECTIVES
 from pen_mhe.tuning.parameters import Parameter
 from pen_mhe.tuning.pen_text import PenText
+from pen_mhe.tuning.score import Score
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -63,7 +64,7 @@ class Tuning:
     pen : with the numbers that were found
     objective, sensors, fit, score : that were asked for
     numbers : that were tuned
-    fitted : the objective's value on the part that was fitted, before and after
+    fitted : the objective's scores on the part that was fitted, before and after
     scores : objective → scores before and after on the other part, all that it has data for
     evaluations : how many times the filter's parameters were changed
     """
@@ -76,7 +77,7 @@ class Tuning:
     recording_name: str
     pen_name: str
     numbers: tuple[TunedNumber, ...]
-    fitted: tuple[float, float]
+    fitted: tuple[Score, Score]
     scores: Mapping[str, tuple[Score, Score]]
     evaluations: int
     values: Mapping[Parameter, float]
@@ -128,9 +129,11 @@ class Tuning:
         row = OBJECTIVES[self.objective]
         before, after = self.fitted
         said = [
-            f"{self.objective} on {self.fit}: {before:.6g} → {after:.6g} {row.unit} "
+            f"{self.objective} on {self.fit}: {before.value:.6g} → {after.value:.6g} {row.unit} "
             f"({self.evaluations} evaluations)"
         ]
+        if before.value - after.value <= after.loss:
+            said.append(f"the old numbers are as good: they lose less than {row.loss_text}")
         said += [
             f"{number.key} is not determined: {number.range_text} loses less than {row.loss_text}"
             for number in self.numbers

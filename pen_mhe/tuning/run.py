@@ -15,11 +15,12 @@ from models.names import unknown
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
 from pen_mhe.tuning.levels import LevelFilter
-from pen_mhe.tuning.objectives import OBJECTIVES, Judge
+from pen_mhe.tuning.objectives import OBJECTIVES
 from pen_mhe.tuning.parameters import Parameter, chosen_parameters, with_values
-from pen_mhe.tuning.parts import PARTS, ScoredPart, cut
+from pen_mhe.tuning.parts import PARTS, ScoredPart
 from pen_mhe.tuning.pen_text import PenText
 from pen_mhe.tuning.result import TunedNumber, Tuning
+from pen_mhe.tuning.score import Judge
 from pen_mhe.tuning.search import Search
 from recordings.read import read_recording
 
@@ -88,7 +89,7 @@ def tune(
         )
 
     def part(name: str) -> ScoredPart:
-        return ScoredPart(cut(recording, name), config, filtered.base.model)
+        return ScoredPart.of(recording, name, pen=config, model=filtered.base.model)
 
     judge, others = row.judge(part(fit)), _judges(part(score), objective)
     search = _searched(filtered, judge, chosen, objective, on_progress)
@@ -114,7 +115,7 @@ def tune(
             )
             for i, p in enumerate(chosen)
         ),
-        fitted=(judge(filtered.history, config).value, judge(filtered.history, tuned).value),
+        fitted=(judge(filtered.history, config), judge(filtered.history, tuned)),
         scores={
             name: (other(filtered.history, config), other(filtered.history, tuned))
             for name, other in others.items()
@@ -179,12 +180,13 @@ def _searched(
 ) -> Search:
     """Return a search that is done; one that is interrupted says what it has found."""
 
-    def value(numbers: Array) -> float:
+    def value(numbers: Array) -> tuple[float, float]:
         pen = with_values(filtered.pen, dict(zip(chosen, numbers.tolist(), strict=True)))
-        return judge(filtered.history, pen).value
+        score = judge(filtered.history, pen)
+        return score.value, score.loss
 
     start = np.array([p.start(filtered.pen) for p in chosen])
-    search = Search(value, start, OBJECTIVES[objective].loss, on_progress)
+    search = Search(value, start, on_progress)
     try:
         search.run()
     except KeyboardInterrupt:

@@ -35,28 +35,28 @@ class Search:
 
     Parameters
     ----------
-    value : of numbers (k,), smaller is better, inf where there is none
+    value : of numbers (k,), smaller is better, inf where there is none; and the loss that is as
+        good as an optimum there
     start : (k,) positive
-    loss : of an optimum's value; see the module
     on_progress : called after each evaluation with their number and the best value
     """
 
-    value: Callable[[Array], float]
+    value: Callable[[Array], tuple[float, float]]
     start: Array
-    loss: Callable[[float], float]
     on_progress: Callable[[int, float], None] | None = None
     best: Array = field(init=False)
     best_value: float = field(init=False, default=math.inf)
+    loss: float = field(init=False, default=1.0)
     evaluations: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
         self.best = self.start.copy()
 
     def _value(self, numbers: Array) -> float:
-        value = self.value(numbers)
+        value, loss = self.value(numbers)
         self.evaluations += 1
         if value < self.best_value:
-            self.best, self.best_value = numbers.copy(), value
+            self.best, self.best_value, self.loss = numbers.copy(), value, loss
         if self.on_progress:
             self.on_progress(self.evaluations, self.best_value)
         return value
@@ -70,7 +70,7 @@ class Search:
         bounds = [(x - math.log(WIDEST), x + math.log(WIDEST)) for x in origin]
         for _ in range(ROUNDS):
             before = self.best_value
-            unit = self.loss(before if math.isfinite(before) else 1.0)
+            unit = self.loss
             offset = before if math.isfinite(before) else 0.0
 
             def in_losses(x: Array, unit: float = unit, offset: float = offset) -> float:
@@ -91,7 +91,7 @@ class Search:
 
         Its ends are 0 or inf where a factor of ten does not lose so much.
         """
-        limit = self.best_value + self.loss(self.best_value)
+        limit = self.best_value + self.loss
         at, best = self.best.copy(), self.best_value
         found = []
         for i in range(len(at)):

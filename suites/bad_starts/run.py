@@ -165,12 +165,12 @@ def tilt_vectors(B: Array, true_B: Array) -> Array:
 def claimed_std(history: EstimateHistory, B: Array, tilt: Array) -> Array:
     """Return the claimed standard deviation (n,), rad, of up in the direction of its error.
 
-    Error over deviation is the Mahalanobis distance: the covariance of the attitude, turned
-    into world axes, without the heading.
+    Error over deviation is the Mahalanobis distance: the covariance of the attitude, in world
+    axes, without the heading.
     """
     if history.outputs is None:
         return history.std_of(ELEVATION)
-    P = np.einsum("nki,nkl,nlj->nij", B, history.covariance[:, SIGMA, SIGMA], B)[:, :2, :2]
+    P = history.covariance[:, SIGMA, SIGMA][:, :2, :2]
     length = np.linalg.norm(tilt, axis=1)
     unit = np.where(length[:, None] > 0, tilt / np.maximum(length, 1e-300)[:, None], [1.0, 0.0])
     solved = np.linalg.solve(P, unit[:, :, None])[:, :, 0]

@@ -39,6 +39,7 @@ class PenCase:
     assumed : degrees of freedom of the estimator's pen
     hand_is_measured : the estimator is told how this handwriting moves, measured on it, instead
         of the hand that the pen file states
+    estimators : that run on it
     neglects : the estimator takes the accelerometer for one at the tip of a pen whose tip
         does not accelerate, so that it shows gravity and nothing else: what [Pen] does with
         its turntable
@@ -50,6 +51,7 @@ class PenCase:
     degrees_of_freedom: int = NO_SPIN
     assumed: int = NO_SPIN
     hand_is_measured: bool = False
+    estimators: tuple[str, ...] = PEN_ESTIMATORS
     neglects: bool = False
 
 
@@ -60,8 +62,8 @@ PEN_CASES: Mapping[str, PenCase] = MappingProxyType(
     {
         REFERENCE: PenCase("a pen that spins", tuple(CONFIGURATIONS), 1.0, FREE, FREE),
         MEASURED_HAND: PenCase(
-            "what it is worth to know the hand", ("accel+gyro", "accel+gyro+camera"), 1.0, FREE,
-            FREE, hand_is_measured=True,
+            "what it is worth to know the hand", BOTH, 1.0, FREE, FREE, hand_is_measured=True,
+            estimators=("ekf",),
         ),
         SPIN_IGNORED: PenCase(
             "a pen that spins, taken for one that does not",

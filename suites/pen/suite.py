@@ -9,7 +9,7 @@ from benchmark.configurations import TURNTABLE_CONFIGURATIONS
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task
 from suites.pen.figures import figures
-from suites.pen.pen_cases import PEN_CASES, PEN_ESTIMATORS
+from suites.pen.pen_cases import PEN_CASES
 from suites.pen.pen_run import run_pen
 from suites.pen.table_run import STARTS, STROKES, TABLE_ESTIMATORS, run_stroke, run_wrong_start
 
@@ -22,7 +22,7 @@ def tasks(scope: Scope) -> Sequence[Task]:
         (case, sensors, estimator)
         for case, row in PEN_CASES.items()
         for sensors in row.sensors
-        for estimator in PEN_ESTIMATORS
+        for estimator in row.estimators
     ]
     rows += [
         (case, sensors, estimator)

@@ -13,7 +13,9 @@ import pytest
 from codegen.estimate_fields import estimate_fields, estimate_structure, offsets
 from codegen.export import export_texts
 from codegen.exportable import exportable
+from codegen.folder import export_files
 from codegen.names import macros
+from estimation.outputs import derived_outputs
 from estimation.result import result_layout
 from estimation.status import SENTENCES, Status
 from mhe.config import MheRtiConfig
@@ -38,6 +40,37 @@ def test_every_state_has_its_place_and_unit() -> None:
     assert f"#define PEN_N_X {PEN.n_x} " in HEADER
 
 
+def test_everything_derived_has_its_place_and_unit() -> None:
+    """Angles, quaternion, and what turns with the attitude; the README says how to read it."""
+    derived = derived_outputs(PEN)
+    assert {"azimuth_rad", "elevation_rad", "spin_rad", "attitude_w"} < set(derived.names)
+    for i, (name, unit) in enumerate(zip(derived.names, derived.units, strict=True)):
+        assert f"PEN_DERIVED_{name.upper()} = {i}, /* {unit} */" in HEADER
+    assert f"#define PEN_N_DERIVED {len(derived.names)} " in HEADER
+    for member in ("derived", "derived_std"):
+        assert re.search(rf"pen_real {member}\[PEN_N_DERIVED\]; /\* .+ \*/", HEADER)
+    readme = export_files(made("ekf", PEN), None, "…")["README.md"]
+    assert "estimate.derived[PEN_DERIVED_AZIMUTH_RAD] in rad" in readme
+    assert all(f"`{name}`" in readme for name in derived.names)
+
+
+@needs_compiler
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_a_model_that_is_read_by_its_states_has_no_member_for_more(
+    real: str, tmp_path: Path
+) -> None:
+    """C99 has no arrays of no numbers: a pedantic compiler takes the header."""
+    export = made("ekf", pens.draw_pen_run(20, seed=11).model, real)
+    assert not derived_outputs(export.exported.model).names
+    assert "#define PEN_N_DERIVED 0 " in export.header
+    assert not re.search(r"\bderived", export.header.split("typedef struct {")[1])
+    assert "derived" not in export_files(export, None, "…")["README.md"]
+    folder = written(export, tmp_path)
+    (folder / "only.c").write_text('#include "pen.h"\nint main(void) { return PEN_N_DERIVED; }')
+    flags = ["-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
+    subprocess.run(["gcc", *flags, "only.c"], cwd=folder, check=True)
+
+
 def test_every_reading_of_a_sensor_has_its_place_and_unit() -> None:
     place = 0
     for sensor in PEN.sensors:
@@ -59,7 +92,8 @@ def test_every_status_has_its_bit_and_sentence() -> None:
 def test_every_block_of_a_result_is_told() -> None:
     layout = result_layout(PEN)
     named = {field.name for field in estimate_fields(layout)}
-    assert named >= set(layout.shapes)
+    assert named >= {block for block, shape in layout.shapes.items() if np.prod(shape)}
+    assert named >= set(layout.shapes), "this pen has all blocks"
     places = offsets(layout)
     ends = [
         places[block] + i

@@ -20,9 +20,16 @@ UP = np.array([0.6, 0.0, 0.8])
 RATE_HZ = 100.0
 
 
-def pen_at_rest(pen: str = "reference", **fields: Any) -> PenConfig:
-    """Return a bundled pen with a sensor of rest, by its name."""
+def pen_without_rest(pen: str = "reference") -> PenConfig:
+    """Return a bundled pen without a sensor of rest, by its name."""
     config = as_pen(pen)
+    sensors = {name: sensor for name, sensor in config.sensors.items() if not sensor.is_rest}
+    return config.model_copy(update={"sensors": sensors})
+
+
+def pen_at_rest(pen: str = "reference", **fields: Any) -> PenConfig:
+    """Return a bundled pen with a sensor of rest of its own, ``still``."""
+    config = pen_without_rest(pen)
     rest = SENSOR_KINDS["rest"].model_validate({"kind": "rest", **fields})
     return config.model_copy(update={"sensors": {**config.sensors, "still": rest}})
 

@@ -13,7 +13,7 @@ from estimation.outputs import outputs_of
 from estimation.recording import Recording, Truth
 from models import attitude
 from models.arrays import Array
-from models.motions import Motion
+from models.motions import SampledMotion
 from models.pen_config import PenConfig
 from models.random_streams import seed_sequence
 from models.simulation import sample_times, simulate_readings, true_states, union_of_times
@@ -80,7 +80,7 @@ def recorded(
     times = sample_times(model, duration_s)
     time_s, root = union_of_times(times), seed_sequence(seed)
     along = (ca.densify(part).full().T for part in path(time_s[None, :]))
-    states = true_states(model, Motion("own", time_s, *along), root, times=times)
+    states = true_states(model, SampledMotion("own", time_s, *along), root, times=times)
     outputs = outputs_of(model)
     more = [name for name in outputs.names if name not in model.state_names]
     values = outputs.function(states.T).full().T[:, [outputs.names.index(name) for name in more]]

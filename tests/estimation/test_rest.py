@@ -16,6 +16,7 @@ from tests.estimation.resting import (
     instants,
     model_at_rest,
     pen_at_rest,
+    pen_without_rest,
     rests,
 )
 
@@ -237,4 +238,4 @@ def test_a_state_continued_gives_the_same() -> None:
 
 def test_memory_depends_on_no_rate() -> None:
     assert RestDetector(MODEL).layout.size == 6 + 6 + 9 + 3 * 9 * 6
-    assert RestDetector(pen_model("reference", INERTIAL)).layout.size == 0
+    assert RestDetector(pen_model(pen_without_rest(), INERTIAL)).layout.size == 0

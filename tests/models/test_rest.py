@@ -13,7 +13,7 @@ from models.pen_config import PenConfig
 from models.sensor_kinds.table import SENSOR_KINDS
 from models.state_space import StateSpaceModel
 from recordings.simulate_pen import sensors_with_a_rate, simulate, simulate_model
-from tests.estimation.resting import INERTIAL, pen_at_rest
+from tests.estimation.resting import INERTIAL, pen_at_rest, pen_without_rest
 
 Rest = SENSOR_KINDS["rest"]
 
@@ -53,7 +53,7 @@ def test_it_goes_with_a_gyroscope() -> None:
     assert names(pen_model(pen, ["accel"])) == ["accel", "area"]
     assert names(pen_model(pen, INERTIAL, rest=False)) == ["accel", "gyro", "area"]
     assert names(pen_model(pen, ["gyro", "still", "accel"])) == ["gyro", "still", "accel", "area"]
-    assert names(pen_model("reference", INERTIAL)) == ["accel", "gyro", "area"]
+    assert names(pen_model(pen_without_rest(), INERTIAL)) == ["accel", "gyro", "area"]
 
 
 def test_what_is_read_is_added_by_its_name_only() -> None:

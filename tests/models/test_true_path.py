@@ -10,7 +10,7 @@ from models.arrays import Array
 from models.euler_pen import kinematic_states
 from models.free_kinematics import QUATERNION
 from models.free_pen import STATES
-from models.motions import Motion, motions, sample_motion
+from models.motions import SampledMotion, motions, sample_motion
 from models.true_path import TRUE_NAMES, true_path
 from tests.references.free_states import body_to_world, free_states
 
@@ -21,7 +21,7 @@ BODY_RATE = [f"body_rate_{axis}_rad_s" for axis in "xyz"]
 BODY_ACCELERATION = [f"body_acceleration_{axis}_rad_s2" for axis in "xyz"]
 
 
-def sampled(name: str, shift: float = 0.0) -> Motion:
+def sampled(name: str, shift: float = 0.0) -> SampledMotion:
     return sample_motion(name, TIMES + 0.02 + shift)
 
 

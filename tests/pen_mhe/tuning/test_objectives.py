@@ -15,10 +15,12 @@ from scipy.stats import multivariate_normal
 
 import pen_mhe as pm
 from models.rotation import world_to_body as to_body
+from pen_mhe.tuning.flatness import plane_spread_m
 from pen_mhe.tuning.gaps import GAPS_S, SEEN_S, camera_elevation, gap_passes
 from pen_mhe.tuning.levels import LevelFilter
-from pen_mhe.tuning.objectives import OBJECTIVES, log_likelihood, plane_spread_m
-from pen_mhe.tuning.parts import SETTLING_S, ScoredPart, cut
+from pen_mhe.tuning.likelihood import log_likelihood
+from pen_mhe.tuning.objectives import OBJECTIVES
+from pen_mhe.tuning.parts import SETTLING_S, ScoredPart
 from pen_mhe.tuning.run import tune
 from tests.pen_mhe.tuning.pens import bounded_pen
 
@@ -85,35 +87,81 @@ def test_gaps_follow_each_other_with_frames_between() -> None:
 
 
 def test_frames_in_gaps_are_withheld_from_the_filter(recording: pm.Recording) -> None:
-    """Whatever the withheld frames say, the estimate is the same: only its error changes."""
     pen = bounded_pen()
     filtered = LevelFilter(pen, SENSORS)
-    part = ScoredPart(cut(recording, "all"), pen, filtered.base.model)
-    seen: list[np.ndarray] = []
+    part = ScoredPart.of(recording, "all", pen=pen, model=filtered.base.model)
+    given: list[np.ndarray] = []
+
+    class Level:
+        """A pen that never moves."""
+
+        def __init__(self, n: int) -> None:
+            self.n = n
+
+        def column(self, _: str) -> np.ndarray:
+            return np.zeros(self.n)
+
+        std_of = column
 
     def spy(pen: Any, time_s: np.ndarray, y: np.ndarray, **_: Any) -> Any:
-        seen.append(y)
-        raise StopIteration
+        given.append(y)
+        return Level(len(y))
 
-    with pytest.raises(StopIteration):
-        OBJECTIVES["without-camera"].judge(part)(spy, pen)
+    score = OBJECTIVES["without-camera"].judge(part)(spy, pen)
     time_s, whole = part.stacked
-    [first, *_] = gap_passes(part.counts_from_s, float(time_s[-1]))
-    inside = np.any([(time_s >= low) & (time_s < high) for low, high in first], axis=0)
-    assert np.isfinite(whole[inside, 6:]).any()
-    assert np.isnan(seen[0][inside, 6:]).all()
-    np.testing.assert_array_equal(seen[0][~inside], whole[~inside])
-    np.testing.assert_array_equal(seen[0][:, :6], whole[:, :6])
+    passes = gap_passes(part.counts_from_s, float(time_s[-1]))
+    assert score.loss == 2.0 / sum(map(len, passes))
+    np.testing.assert_array_equal(given[0], whole)  # how noisy frames are
+    for gaps, y in zip(passes, given[1:], strict=True):
+        inside = np.any([(time_s >= low) & (time_s < high) for low, high in gaps], axis=0)
+        assert np.isfinite(whole[inside, 6:]).any()
+        assert np.isnan(y[inside, 6:]).all()
+        np.testing.assert_array_equal(y[~inside], whole[~inside])
+        np.testing.assert_array_equal(y[:, :6], whole[:, :6])
 
 
-def test_halves_share_no_reading(recording: pm.Recording) -> None:
-    first, second = cut(recording, "first-half"), cut(recording, "second-half")
-    assert first.time_s[-1] < second.time_s[0]
-    assert len(first.time_s) + len(second.time_s) == len(recording.time_s)
-    assert first.truth is None  # nobody who fits is given it
-    assert second.truth is None
-    counted = ScoredPart(second, bounded_pen(), pm.pen_model(bounded_pen(), SENSORS))
-    assert counted.counts_from_s == second.time_s[0] + SETTLING_S
+def test_flatness_is_judged_with_fewer_frames_too(recording: pm.Recording) -> None:
+    pen = bounded_pen()
+    part = ScoredPart.of(recording, "all", pen=pen, model=pm.pen_model(pen, SENSORS))
+    frames = []
+
+    def spy(pen: Any, time_s: np.ndarray, y: np.ndarray, **_: Any) -> Any:
+        frames.append(int(np.isfinite(y[:, 6]).sum()))
+        return Sloping(len(y))
+
+    class Sloping:
+        """A tip that writes on a slope."""
+
+        def __init__(self, n: int) -> None:
+            at = np.linspace(0.0, 10.0, n)
+            self.tip_x_m, self.tip_y_m = np.sin(at), np.cos(3 * at)
+            self.tip_z_m = 0.1 * self.tip_x_m + 1e-3 * np.sign(np.sin(50 * at))
+
+        def column(self, name: str) -> np.ndarray:
+            return np.asarray(getattr(self, name))
+
+    score = OBJECTIVES["flatness"].judge(part)(spy, pen)
+    assert frames == [301, 101, 31]
+    assert score.value == pytest.approx(1.0, rel=0.02)
+    assert score.loss == pytest.approx(0.01 * score.value)
+
+
+def test_a_part_ends_where_the_other_is_scored(recording: pm.Recording) -> None:
+    pen = bounded_pen()
+    model = pm.pen_model(pen, SENSORS)
+    first, second = (
+        ScoredPart.of(recording, part, pen=pen, model=model)
+        for part in ("first-half", "second-half")
+    )
+    middle = (recording.time_s[0] + recording.time_s[-1]) / 2
+    assert first.recording.time_s[-1] < middle
+    assert first.counts_from_s == recording.time_s[0] + SETTLING_S
+    assert second.counts_from_s == middle + SETTLING_S
+    assert second.touches_s.min() >= second.counts_from_s
+    # A filter comes to the second half with what was before, as it would live.
+    np.testing.assert_array_equal(second.recording.time_s, recording.time_s)
+    assert first.recording.truth is None  # nobody who fits is given it
+    assert second.recording.truth is None
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {

@@ -30,7 +30,7 @@ SENSORS = ["accel", "gyro", "camera"]
 
 def test_parameters_are_found_by_their_fields() -> None:
     found = parameters_of(bounded_pen(), SENSORS)
-    assert {p.key: p.kind for p in found} == KEYS
+    assert {p.key: p.role for p in found} == KEYS
     assert [p.key for p in found if p.sees_pose] == [k for k in KEYS if "camera" in k]
 
 
@@ -49,7 +49,7 @@ def test_a_bias_that_is_no_state_has_no_walk_and_a_walk_of_zero_starts_small() -
     )
     gyro = pen.sensors["gyro"].model_copy(update={"bias_walk_rad_s_per_sqrt_s": 0.0})
     pen = pen.model_copy(update={"sensors": {"accel": accel, "gyro": gyro}})
-    walks = [p for p in parameters_of(pen, ["accel", "gyro"]) if p.kind == "walk"]
+    walks = [p for p in parameters_of(pen, ["accel", "gyro"]) if p.role == "walk"]
     assert [p.table for p in walks] == [("sensors", "gyro")]
     assert walks[0].value(pen) == 0
     assert walks[0].start(pen) == pytest.approx(0.01 * math.radians(2.0))
@@ -82,7 +82,7 @@ def quadratic(x: np.ndarray) -> float:
 
 
 def test_the_search_finds_the_optimum_and_says_how_flat_it_is() -> None:
-    search = Search(quadratic, np.array([20.0, 1.0, 1.0]), lambda value: 0.03)
+    search = Search(lambda x: (quadratic(x), 0.03), np.array([20.0, 1.0, 1.0]))
     search.run()
     np.testing.assert_allclose(search.best[:2], [2.0, 0.5], rtol=2e-3)
     assert search.evaluations < 200
@@ -94,9 +94,8 @@ def test_the_search_finds_the_optimum_and_says_how_flat_it_is() -> None:
 
 def test_a_filter_that_breaks_down_is_walked_around() -> None:
     search = Search(
-        lambda x: math.inf if x[0] > 3 else quadratic(np.array([x[0], 0.5])),
+        lambda x: (math.inf if x[0] > 3 else quadratic(np.array([x[0], 0.5])), 0.03),
         np.array([2.9]),
-        lambda value: 0.03,
     )
     search.run()
     assert search.best[0] == pytest.approx(2.0, rel=2e-3)

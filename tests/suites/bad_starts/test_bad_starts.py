@@ -321,6 +321,24 @@ def test_an_ekf_carries_a_bad_start_and_an_mhe_forgets_it() -> None:
     assert median["gentle-60", "ekf"] > 5 * median["gentle-60", "mhe"]
 
 
+def arrived(group: str, seeds: range) -> tuple[float, float]:
+    """Fractions of runs within 3° after a second, and within 3 claimed deviations."""
+    angles = [name for name in CASES if name.startswith(f"{group}-") and name != f"{group}-0"]
+    runs = [run_bad_start(CASES[angles[k % len(angles)]], "mhe-rti", k) for k in seeds]
+    first = np.array([run.at(run.error, 1.0) for run in runs])
+    ratio = first / [run.at(run.std, 1.0) for run in runs]
+    return float(np.mean(first <= np.radians(3))), float(np.mean(ratio <= 3))
+
+
+@pytest.mark.parametrize("seeds", [range(12), pytest.param(range(100), marks=pytest.mark.slow)])
+def test_one_pass_is_upright_after_a_second_from_wherever_it_starts(seeds: range) -> None:
+    """Starts wrong by 30° to 170°; a bias of 20 mg may hide 1.15° of tilt for good."""
+    near, honest = arrived("calibrated", seeds)
+    assert near >= 0.95
+    assert honest >= 0.95
+    assert arrived("writing", seeds)[1] >= 0.95
+
+
 def test_an_unknown_case_is_refused() -> None:
     with pytest.raises(InputError, match="case worse is unknown, expected one of writing-0, "):
         case_named("worse")

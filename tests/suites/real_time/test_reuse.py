@@ -43,8 +43,8 @@ def test_keeping_factors_is_near_full_passes_with_the_same_elimination() -> None
     rows = reuse_rows("pen24", simulated("pen24", seconds=2.0), horizons=(20,), thresholds=())
     of = {row.contender: row for row in rows}
     assert of[KEPT_SMOOTHED].reused > 0.6
-    assert 0 < of[KEPT_SMOOTHED].rms_std < 0.05
-    assert of[KEPT_SMOOTHED].rms_std < 0.3 * of[SMOOTHED].rms_std
+    assert 0 < of[KEPT_SMOOTHED].rms_std < 0.004  # as the README says, whatever else is near
+    assert of[KEPT_SMOOTHED].rms_std < of[SMOOTHED].rms_std
 
 
 def test_taking_turns_changes_nothing() -> None:

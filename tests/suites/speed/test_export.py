@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -31,19 +32,33 @@ def test_numpy_alone_reproduces_the_cost(tmp_path: Path) -> None:
 
 
 def test_transitions_are_those_of_uneven_steps() -> None:
-    """The camera's instants lie between the others': several steps, each with its own F."""
+    """The camera's instants lie between the others': several steps, by the transition as text."""
     problem = Problem("pen24", 6, 2)
     arrays = problem_arrays(problem, solved_windows(problem, 2))
     assert len(np.unique(arrays["step_s"].round(6))) > 1
     which = arrays["step_index"]
     np.testing.assert_array_equal(arrays["step_s"][which], np.diff(arrays["time_s"], axis=1))
     states, noises = arrays["solution_states"], arrays["solution_noises"]
+    f, away = (
+        ca.Function.deserialize(str(arrays[f"casadi_{name}"])) for name in ("f", "difference")
+    )
+    for x, w, steps in zip(states, noises, arrays["step_s"][which], strict=True):
+        reached = f(x[:-1].T, w.T, steps[None, :])
+        np.testing.assert_allclose(away(x[1:].T, reached), 0, rtol=0, atol=1e-7)
+    assert not {"F", "G"} & set(arrays)  # a free pen's transition is not linear
+    missing = np.isnan(arrays["y"]).any(axis=2)
+    np.testing.assert_array_equal(missing, ~arrays["present"].all(axis=2))
+
+
+def test_a_linear_transition_is_written_as_matrices() -> None:
+    problem = Problem("pen15", 6, 2)
+    arrays = problem_arrays(problem, solved_windows(problem, 2))
+    which = arrays["step_index"]
+    states, noises = arrays["solution_states"], arrays["solution_noises"]
     F, G = arrays["F"][which], arrays["G"][which]
     reached = np.einsum("ikab,ikb->ika", F, states[:, :-1])
     reached += np.einsum("ikab,ikb->ika", G, noises)
     np.testing.assert_allclose(states[:, 1:], reached, rtol=0, atol=1e-7)
-    missing = np.isnan(arrays["y"]).any(axis=2)
-    np.testing.assert_array_equal(missing, ~arrays["present"].all(axis=2))
 
 
 def test_bounds_are_in_the_file_and_hold_in_its_solutions(tmp_path: Path) -> None:
