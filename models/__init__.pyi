@@ -12,6 +12,7 @@ from models.pen_config import PenConfig as PenConfig
 from models.pen_file import load_pen as load_pen
 from models.pen_file import parse_pen as parse_pen
 from models.pen_file import presets as presets
+from models.priors import replaced_attitude as replaced_attitude
 from models.priors import replaced_prior as replaced_prior
 from models.rotation import world_to_body as world_to_body
 from models.sensor_kinds.mounted import IDENTITY as IDENTITY
