@@ -29,6 +29,12 @@ UPRIGHT_SHIFT = 1e-16
 """Added to a component of the axis, so that angles of a pen that stands exactly upright have
 derivatives: huge ones of azimuth and spin, of length 1 of elevation."""
 
+LEAST_SWING = 1e-30
+"""Of q_w² + q_z², so that a swing of half a turn has a tangent vector."""
+LEAST_TWIST = 0.05
+"""Of q_w² + q_z² = (1 + R_zz) / 2, down to which a heading is told by q_w and q_z: 26° from where
+the body's z axis points straight down."""
+
 
 def body_to_world(sigma: ca.SX) -> ca.SX:
     """Return R (3, 3), which turns body coordinates into world coordinates."""
@@ -53,14 +59,33 @@ def exponential(turn: ca.SX) -> ca.SX:
     return turn * ca.if_else(is_small, series, ca.tan(angle / 4) / angle)
 
 
+def turn(sigma: ca.SX, d: ca.SX) -> ca.SX:
+    """Return the turn in the world (an attitude) of a tangent vector (rad) at an attitude.
+
+    W = Exp(d₃ e_z) Exp(N (d₁, d₂, 0)): first a tilt about a level axis, in a frame that goes with
+    the heading N (`heading`), then a turn about the vertical. So whatever is known of a tilt
+    relative to the body stays so when the heading moves, however far.
+    """
+    level = heading(sigma) @ ca.vertcat(d[0], d[1], 0)
+    return product(exponential(ca.vertcat(0, 0, d[2])), level / 4)
+
+
+def tangent(sigma: ca.SX, turn: ca.SX) -> ca.SX:
+    """Return the tangent vector of a turn in the world: its swing and twist about the vertical."""
+    w, x, y, z = ca.vertsplit(quaternion(turn))
+    swing = ca.sqrt(ca.fmax(w**2 + z**2, LEAST_SWING))
+    level = 4 * ca.vertcat(w * x + z * y, w * y - z * x, 0) / (swing * (1 + swing))
+    return heading(sigma).T @ level + ca.vertcat(0, 0, 2 * ca.atan2(z, w))
+
+
 def retract(sigma: ca.SX, d: ca.SX) -> ca.SX:
-    """Return the attitude that is a tangent vector (rad, world axes) away."""
-    return product(d / 4, sigma)
+    """Return the attitude that a tangent vector is away."""
+    return product(turn(sigma, d), sigma)
 
 
 def difference(to: ca.SX, of: ca.SX) -> ca.SX:
-    """Return the tangent vector from one attitude to another; at most 4 long (half a turn)."""
-    return 4 * product(to, -of)
+    """Return the tangent vector from one attitude to another."""
+    return tangent(of, product(to, -of))
 
 
 def rate(sigma: ca.SX, body_rate: ca.SX) -> ca.SX:
@@ -74,6 +99,20 @@ def quaternion(sigma: ca.SX) -> ca.SX:
     """Return (w, x, y, z) (4,), body to world, w ≥ 0."""
     s = ca.sumsqr(sigma)
     return ca.vertcat(1 - s, 2 * sigma) / (1 + s)
+
+
+def heading(sigma: ca.SX) -> ca.SX:
+    """Return N (3, 3), the turn about the vertical in R = N M, where M's axis is level.
+
+    The twist of a swing-twist decomposition: tan(ψ/2) = q_z / q_w. It has no value where the body's
+    z axis points straight down; near there R is taken with the body turned half about its x.
+    """
+    w, x, y, z = ca.vertsplit(quaternion(sigma))
+    is_plain = w**2 + z**2 > LEAST_TWIST
+    a, b = ca.if_else(is_plain, w, x), ca.if_else(is_plain, z, y)
+    size = a**2 + b**2
+    cos, sin = (a**2 - b**2) / size, 2 * a * b / size
+    return ca.vertcat(ca.horzcat(cos, -sin, 0), ca.horzcat(sin, cos, 0), ca.horzcat(0, 0, 1))
 
 
 def level_part(sigma: ca.SX) -> ca.SX:

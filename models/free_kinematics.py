@@ -81,9 +81,11 @@ def _tangent_names(x: ca.SX, pivot_m: Vector3) -> TangentNames:
     ):
         names[part] = [f"{word} {axis}" for axis in _AXES]
         units[part] = [unit] * 3
+    N = attitude.heading(x[SIGMA])
+    T[SIGMA, SIGMA] = N
     T[OMEGA, OMEGA] = T[ALPHA, ALPHA] = R
     for part, vector in ((TIP, x[TIP] - ca.DM(pivot_m)), (V, x[V]), (A, x[A])):
-        T[part, SIGMA] = -cross_matrix(vector)
+        T[part, SIGMA] = -cross_matrix(vector) @ N
     return TangentNames(tuple(names), tuple(units), ca.Function("whole", [x], [ca.densify(T)]))
 
 
@@ -108,7 +110,8 @@ def _prior(prior: Prior, tip_std: tuple[float, float]) -> tuple[Array, Array]:
     ):
         covariance[part, part] = std**2 * np.eye(3)
     R = ca.evalf(attitude.body_to_world(ca.SX(mean[SIGMA]))).full()
-    covariance[SIGMA, SIGMA] = R @ attitude_covariance(prior) @ R.T
+    M = ca.evalf(attitude.heading(ca.SX(mean[SIGMA]))).full().T @ R  # body to the tangent space
+    covariance[SIGMA, SIGMA] = M @ attitude_covariance(prior) @ M.T
     return mean, covariance
 
 

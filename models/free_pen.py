@@ -12,15 +12,17 @@ chains (`models.chains`), isotropic, so that no direction is told from another:
 A constant error of the attitude costs no noise and shows in no rate: a gyroscope alone tells
 nothing of tilt or heading, as it should. (White jerk on Euler angles makes it an inclinometer.)
 
-The tangent space is that of the world's axes, and tip, v and a turn with the attitude, the tip
-about a pivot c:
+A tangent vector of the attitude is a tilt about a level axis, in a frame that goes with the
+heading, and then a turn about the vertical (`models.attitude.turn`); tip, v and a turn with it, the
+tip about a pivot c:
 
-    retract(x, d): R⁺ = W R, W = Exp(d_θ), p⁺ = c + W (p - c) + d_p, v⁺ = W v + d_v,
-                   a⁺ = W a + d_a, else added
+    retract(x, d): R⁺ = W R, p⁺ = c + W (p - c) + d_p, v⁺ = W v + d_v, a⁺ = W a + d_a, else added
+                   W = Exp(d₃ e_z) Exp(N (d₁, d₂, 0))
 
-So what an accelerometer reads of a does not depend on d_θ; and turning everything about the
-vertical, which no inertial sensor shows, is the same tangent vector (d_θ = e_z alone) at every
-state, so that no update makes an estimator believe in a heading.
+So what an accelerometer reads of a does not depend on the attitude's part; turning everything about
+the vertical, which no inertial sensor shows, is the same tangent vector at every state; and what is
+known of a tilt beside an accelerometer's bias stays so wherever the heading goes. In the body's
+axes updates made an estimator believe in a heading, in the world's in a tilt.
 
 References
 ----------
@@ -131,10 +133,11 @@ def step(
 
 def retract(x: ca.SX, d: ca.SX, pivot_m: Vector3 = ORIGIN) -> ca.SX:
     """Return the states (18,) that a tangent vector (18,) is away."""
-    W, pivot = attitude.body_to_world(d[SIGMA] / 4), ca.DM(pivot_m)
+    turn, pivot = attitude.turn(x[SIGMA], d[SIGMA]), ca.DM(pivot_m)
+    W = attitude.body_to_world(turn)
     return ca.vertcat(
         pivot + W @ (x[TIP] - pivot) + d[TIP],
-        attitude.retract(x[SIGMA], d[SIGMA]),
+        attitude.product(turn, x[SIGMA]),
         W @ x[V] + d[V],
         x[OMEGA] + d[OMEGA],
         W @ x[A] + d[A],
@@ -144,11 +147,11 @@ def retract(x: ca.SX, d: ca.SX, pivot_m: Vector3 = ORIGIN) -> ca.SX:
 
 def difference(to: ca.SX, of: ca.SX, pivot_m: Vector3 = ORIGIN) -> ca.SX:
     """Return the tangent vector (18,) from one to another."""
-    turn, pivot = attitude.difference(to[SIGMA], of[SIGMA]), ca.DM(pivot_m)
-    W = attitude.body_to_world(turn / 4)
+    turn, pivot = attitude.product(to[SIGMA], -of[SIGMA]), ca.DM(pivot_m)
+    W = attitude.body_to_world(turn)
     return ca.vertcat(
         to[TIP] - pivot - W @ (of[TIP] - pivot),
-        turn,
+        attitude.tangent(of[SIGMA], turn),
         to[V] - W @ of[V],
         to[OMEGA] - of[OMEGA],
         to[A] - W @ of[A],

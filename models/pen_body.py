@@ -7,9 +7,10 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
+from models import attitude
 from models.arrays import Array
 from models.euler_pen import euler_body
-from models.free_pen import N_FREE, FreeBody
+from models.free_pen import N_FREE, SIGMA, FreeBody
 from models.kinematics import Body
 from models.pen_config import PenConfig
 
@@ -41,6 +42,21 @@ def rates_and_attitudes(pen: PenConfig, states: Array) -> tuple[Array, Array]:
     # One call for all instants: CasADi takes a column for each.
     rates, turned = function(states.T)
     return rates.full().T, turned.full().T.reshape(n, 3, 3)
+
+
+def headings(states: Array) -> Array:
+    """Return the headings N (n, 3, 3) of a free pen's states (n, n_x): what turns a tangent
+    vector of the attitude into a turn in the world; see `models.attitude.heading`.
+    """
+    rows = _heading()(states[:, SIGMA].T)
+    return np.asarray(rows.full().T.reshape(len(states), 3, 3))
+
+
+@cache
+def _heading() -> ca.Function:
+    """Return (σ (3,)) -> the rows of N one after another (9,)."""
+    sigma = ca.SX.sym("sigma", 3)
+    return ca.Function("heading", [sigma], [ca.densify(ca.vec(attitude.heading(sigma).T))])
 
 
 @cache

@@ -26,6 +26,7 @@ from models.pen_file import load_pen
 from models.simulation import sample_times, simulate_readings, states_along, union_of_times
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator, settings_read
+from tests.references.free_tangent import heading_of
 
 MIDDLE_S, END_S = 0.4, 0.8
 """When a path is where it is named after; how long it goes on."""
@@ -115,7 +116,7 @@ def attitude_deviations(history: EstimateHistory, truth: Truth, model: StateSpac
     """Errors of the attitude (n, 3) along the axes of its covariance, in standard deviations."""
     states = truth.states(model.state_names, history.time_s)
     true, found = (Rotation.from_mrp(x[:, SIGMA]) for x in (states, history.mean))
-    turns = (found.inv() * true).as_rotvec()
+    turns = heading_of(found).inv().apply((true * found.inv()).as_rotvec())
     lengths, axes = np.linalg.eigh(history.covariance[:, SIGMA, SIGMA])
     return np.asarray(np.einsum("nij,ni->nj", axes, turns) / np.sqrt(lengths))
 

@@ -27,7 +27,7 @@ from estimation.estimator import Estimator, run
 from models.arrays import Array
 from models.free_pen import SIGMA
 from models.gaussian import GaussianState
-from models.pen_body import rates_and_attitudes
+from models.pen_body import headings, rates_and_attitudes
 from models.priors import replaced_attitude, replaced_prior
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
@@ -111,7 +111,7 @@ def run_bad_start(
         start_error,
         history.time_s,
         np.linalg.norm(tilt, axis=1),
-        claimed_std(history, B, tilt),
+        claimed_std(history, tilt),
         np.linalg.norm((rates - true_rates)[:, judged], axis=1),
         history.solved_fraction,
     )
@@ -162,7 +162,7 @@ def tilt_vectors(B: Array, true_B: Array) -> Array:
     return np.asarray(angle[:, None] * unit)
 
 
-def claimed_std(history: EstimateHistory, B: Array, tilt: Array) -> Array:
+def claimed_std(history: EstimateHistory, tilt: Array) -> Array:
     """Return the claimed standard deviation (n,), rad, of up in the direction of its error.
 
     Error over deviation is the Mahalanobis distance: the covariance of the attitude, in world
@@ -170,7 +170,8 @@ def claimed_std(history: EstimateHistory, B: Array, tilt: Array) -> Array:
     """
     if history.outputs is None:
         return history.std_of(ELEVATION)
-    P = history.covariance[:, SIGMA, SIGMA][:, :2, :2]
+    N = headings(history.mean)
+    P = (N @ history.covariance[:, SIGMA, SIGMA] @ N.transpose(0, 2, 1))[:, :2, :2]
     length = np.linalg.norm(tilt, axis=1)
     unit = np.where(length[:, None] > 0, tilt / np.maximum(length, 1e-300)[:, None], [1.0, 0.0])
     solved = np.linalg.solve(P, unit[:, :, None])[:, :, 0]

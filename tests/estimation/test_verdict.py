@@ -35,7 +35,7 @@ from tests.estimation.exact_motions import (
     second,
 )
 from tests.models.pens import ACCELEROMETER, GYROSCOPE, call, pen
-from tests.references.free_tangent import attitude_outputs, retracted
+from tests.references.free_tangent import attitude_outputs, heading_of, retracted
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -61,6 +61,7 @@ def tangent_vector(model: StateSpaceModel, x: Array, direction: UnobservableDire
         for start in (0, 6, 12):
             part = slice(start, start + 3)
             vector[part] -= np.cross(vector[3:6], x[part])
+        vector[3:6] = heading_of(Rotation.from_mrp(x[3:6])).inv().apply(vector[3:6])
     return vector
 
 

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from models import attitude, rotation
 from models.arrays import Array
+from tests.references.free_tangent import heading_of, turn_of
 
 RNG = np.random.default_rng(16)
 UPRIGHT = Rotation.from_matrix(np.eye(3))
@@ -42,6 +43,7 @@ TO_MATRIX = function(attitude.body_to_world, 3)
 PRODUCT = function(attitude.product, 3, 3)
 EXPONENTIAL = function(attitude.exponential, 3)
 RETRACT, DIFFERENCE = function(attitude.retract, 3, 3), function(attitude.difference, 3, 3)
+HEADING = function(attitude.heading, 3)
 RATE, ANGLES = function(attitude.rate, 3, 3), function(attitude.pen_angles, 3)
 QUATERNION, FROM_MATRIX = (
     function(attitude.quaternion, 3),
@@ -79,17 +81,34 @@ def test_product_exponential_retract_difference(R: Rotation) -> None:
 
 
 @pytest.mark.parametrize("R", ATTITUDES)
-def test_a_tangent_vector_is_a_rotation_vector_to_second_order(R: Rotation) -> None:
-    """The error of a turn grows with its third power: the order of convergence, measured."""
-    sigma, axis = sigma_of(R), np.array([2.0, -1.0, 2.0]) / 3
+def test_a_tangent_vector_is_a_tilt_and_a_turn_about_the_vertical(R: Rotation) -> None:
+    for d in (np.array([0.3, -0.2, 0.4]), np.array([0.0, 0.0, 2.5]), np.array([-1.5, 0.7, -1.0])):
+        found, expected = rotation_of(RETRACT(sigma_of(R), d).full()), turn_of(R, d) * R
+        assert (found.inv() * expected).magnitude() < 1e-13
+        back = DIFFERENCE(expected.as_mrp(), sigma_of(R)).full().ravel()
+        np.testing.assert_allclose(back, d, rtol=0, atol=1e-12)
 
-    def error(length: float) -> float:
-        found = RETRACT(sigma, length * axis).full()
-        wrong = rotation_of(found) * R.inv() * Rotation.from_rotvec(-length * axis)
-        return float(np.linalg.norm(wrong.as_rotvec()))
 
-    order = np.log2(error(0.2) / error(0.1))
-    assert order == pytest.approx(3, abs=0.05)
+@pytest.mark.parametrize("R", ATTITUDES)
+def test_heading_is_the_turn_about_the_vertical_that_leaves_a_level_axis(R: Rotation) -> None:
+    N = Rotation.from_matrix(HEADING(sigma_of(R)).full())
+    assert (N.inv() * heading_of(R)).magnitude() < 1e-13
+    assert np.abs(N.as_rotvec()[:2]).max() < 1e-14
+    is_down = 1 + R.as_matrix()[2, 2] <= 0.1
+    rest = N.inv() * R * Rotation.from_rotvec([np.pi * is_down, 0, 0])
+    assert np.abs(rest.as_rotvec()[2]) < 1e-7
+
+
+@pytest.mark.parametrize("R", ATTITUDES)
+def test_a_turned_pen_is_the_same_pen(R: Rotation) -> None:
+    """About the vertical, however far: tangent vectors to a tilt stay what they are."""
+    d, other = np.array([0.3, -0.2, 0.0]), Rotation.from_euler("z", 2.0)
+    turned = (other * R).as_mrp()
+    found = rotation_of(RETRACT(turned, d).full())
+    expected = other * rotation_of(RETRACT(sigma_of(R), d).full())
+    assert (found.inv() * expected).magnitude() < 1e-13
+    straight = DIFFERENCE((other * turn_of(R, d) * R).as_mrp(), sigma_of(R)).full().ravel()
+    np.testing.assert_allclose(straight, [*d[:2], 2.0], rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("R", ATTITUDES)

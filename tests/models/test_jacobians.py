@@ -16,6 +16,7 @@ from models.pen import pen_model
 from models.state_space import StateSpaceModel
 from tests.models.pens import Array, call, every_sensor, pen, random_state
 from tests.references.free_states import still_state
+from tests.references.free_tangent import tangent_of, turn_of
 from tests.references.trajectory import first_difference
 
 RELATIVE = 1e-6
@@ -201,10 +202,10 @@ def test_retract_and_difference_of_the_free_pen(which: int, seed: int) -> None:
     delta = rng.normal(size=model.n_x)
     R, R_other = (Rotation.from_mrp(state[SIGMA]) for state in (x, other))
 
-    moved, turn, pivot = x + delta, Rotation.from_mrp(delta[SIGMA] / 4), model.prior.mean[TIP]
+    moved, turn, pivot = x + delta, turn_of(R, delta[SIGMA]), model.prior.mean[TIP]
     moved[SIGMA] = (turn * R).as_mrp()
     away, turned = x - other, R * R_other.inv()
-    away[SIGMA] = 4 * turned.as_mrp()
+    away[SIGMA] = tangent_of(R_other, turned)
     for vector, about in ((TIP, pivot), (V, 0.0), (A, 0.0)):
         moved[vector] = about + turn.apply(x[vector] - about) + delta[vector]
         away[vector] = x[vector] - about - turned.apply(other[vector] - about)

@@ -28,6 +28,7 @@ from tests.models.pens import (
     pen,
 )
 from tests.references.free_states import body_to_world, still_state
+from tests.references.free_tangent import heading_of
 from tests.references.trajectory import first_difference
 
 PRIOR = Prior(
@@ -158,10 +159,11 @@ def test_a_stationary_start_stays_stationary(tip: TipMotion) -> None:
 
 
 def attitude_part(**prior: float) -> Array:
-    """Covariance (3, 3) of the first attitude in the body's axes, of the model's in the world's."""
+    """Covariance (3, 3) of the first attitude in body axes; the model's go with its heading."""
     model = model_of(6, prior=Prior(**prior))
-    R = Rotation.from_mrp(model.prior.mean[SIGMA]).as_matrix()
-    return np.asarray(R.T @ model.prior.covariance[SIGMA, SIGMA] @ R)
+    R = Rotation.from_mrp(model.prior.mean[SIGMA])
+    M = (heading_of(R).inv() * R).as_matrix()
+    return np.asarray(M.T @ model.prior.covariance[SIGMA, SIGMA] @ M)
 
 
 def jacobian_by_scipy(azimuth: float, elevation: float, spin: float) -> Array:

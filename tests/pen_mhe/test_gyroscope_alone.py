@@ -23,6 +23,7 @@ from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
 from recordings.simulate_pen import simulate
+from tests.references.free_tangent import heading_of
 from tests.references.spinning_euler_pen import spinning_euler_pen, turns_of_angles
 
 SECONDS, PEN, GYRO = 60.0, load_pen("reference"), ("gyro",)
@@ -96,8 +97,8 @@ def kept(turns: Array, prior_turn: Array, model: StateSpaceModel, history: Estim
 def kept_free(estimator: str, recording: Recording, writing_area: bool) -> Kept:
     model = free_model(writing_area)
     history = run(create_estimator(estimator, model), recording, covariances=True)
-    turns = Rotation.from_mrp(history.mean[:, ATTITUDE]).as_matrix()
-    prior_turn = Rotation.from_mrp(model.prior.mean[ATTITUDE]).as_matrix()
+    turns = heading_of(Rotation.from_mrp(history.mean[:, ATTITUDE])).as_matrix()
+    prior_turn = heading_of(Rotation.from_mrp(model.prior.mean[ATTITUDE])).as_matrix()
     return kept(turns, prior_turn, model, history)
 
 

@@ -11,10 +11,36 @@ Array = NDArray[np.float64]
 TIP, SIGMA, V, A = slice(0, 3), slice(3, 6), slice(6, 9), slice(12, 15)
 
 
+def heading_of(attitude: Rotation) -> Rotation:
+    """The turn about the vertical N of R = N M, where M's axis is level: swing and twist.
+
+    Within 26° of where the body's z axis points down, of R turned half about its x.
+    """
+    x, y, z, w = np.atleast_2d(attitude.as_quat()).T
+    is_plain = w**2 + z**2 > 0.05
+    twist = 2 * np.where(is_plain, np.arctan2(z, w), np.arctan2(y, x))
+    return Rotation.from_euler("z", twist if not attitude.single else twist[0])
+
+
+def turn_of(attitude: Rotation, d: Array) -> Rotation:
+    """W = Rz(d₃) MRP(N (d₁, d₂, 0) / 4) of a tangent vector (3,)."""
+    level = heading_of(attitude).apply([d[0], d[1], 0.0])
+    return Rotation.from_euler("z", d[2]) * Rotation.from_mrp(np.ravel(level) / 4)
+
+
+def tangent_of(attitude: Rotation, turn: Rotation) -> Array:
+    """The tangent vector (3,) of a turn in the world."""
+    *_, z, w = turn.as_quat(canonical=True)
+    twist = Rotation.from_euler("z", 2 * np.arctan2(z, w))
+    level = heading_of(attitude).inv().apply((twist.inv() * turn).as_mrp())
+    return np.array([*(4 * np.ravel(level)[:2]), 2 * np.arctan2(z, w)])
+
+
 def retracted(x: Array, d: Array, pivot: Array) -> Array:
-    """R⁺ = W R with W = MRP(d_θ / 4), p about the pivot, v and a turned by W, then added."""
-    turn, moved = Rotation.from_mrp(d[SIGMA] / 4), x + d
-    moved[SIGMA] = (turn * Rotation.from_mrp(x[SIGMA])).as_mrp()
+    """R⁺ = W R, p about the pivot, v and a turned by W, then added; the rest added."""
+    before = Rotation.from_mrp(x[SIGMA])
+    turn, moved = turn_of(before, d[SIGMA]), x + d
+    moved[SIGMA] = (turn * before).as_mrp()
     moved[TIP] = pivot + turn.apply(x[TIP] - pivot) + d[TIP]
     for part in (V, A):
         moved[part] = turn.apply(x[part]) + d[part]
