@@ -29,8 +29,8 @@ UPRIGHT_SHIFT = 1e-16
 """Added to a component of the axis, so that angles of a pen that stands exactly upright have
 derivatives: huge ones of azimuth and spin, of length 1 of elevation."""
 
-LEAST_SWING = 1e-30
-"""Of q_w² + q_z², so that a swing of half a turn has a tangent vector."""
+HALF_SWING = 1e-28
+"""Of q_w² + q_z², below which a swing is half a turn, to rounding."""
 LEAST_TWIST = 0.05
 """Of q_w² + q_z² = (1 + R_zz) / 2, down to which a heading is told by q_w and q_z: 26° from where
 the body's z axis points straight down."""
@@ -73,9 +73,11 @@ def turn(sigma: ca.SX, d: ca.SX) -> ca.SX:
 def tangent(sigma: ca.SX, turn: ca.SX) -> ca.SX:
     """Return the tangent vector of a turn in the world: its swing and twist about the vertical."""
     w, x, y, z = ca.vertsplit(quaternion(turn))
-    swing = ca.sqrt(ca.fmax(w**2 + z**2, LEAST_SWING))
-    level = 4 * ca.vertcat(w * x + z * y, w * y - z * x, 0) / (swing * (1 + swing))
-    return heading(sigma).T @ level + ca.vertcat(0, 0, 2 * ca.atan2(z, w))
+    is_half = w**2 + z**2 < HALF_SWING  # of half a turn any twist is as good: none
+    cosine = ca.sqrt(ca.if_else(is_half, 1.0, w**2 + z**2))
+    c, s = ca.if_else(is_half, 1.0, w / cosine), ca.if_else(is_half, 0.0, z / cosine)
+    level = 4 / (1 + ca.if_else(is_half, 0.0, cosine)) * ca.vertcat(c * x + s * y, c * y - s * x, 0)
+    return heading(sigma).T @ level + ca.vertcat(0, 0, 2 * ca.atan2(s, c))
 
 
 def retract(sigma: ca.SX, d: ca.SX) -> ca.SX:

@@ -193,12 +193,24 @@ def test_some_of_those_angles_were_wrapped() -> None:
     assert wrapped >= 3
 
 
+def swing_of(x: Array, other: Array) -> float:
+    """Angle of the swing from one free pen's attitude to another's, rad."""
+    turn = Rotation.from_mrp(x[SIGMA]) * Rotation.from_mrp(other[SIGMA]).inv()
+    *_, z, w = turn.as_quat()
+    return float(2 * np.arccos(np.hypot(z, w)))
+
+
 @pytest.mark.parametrize("which", [0, 1])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_retract_and_difference_of_the_free_pen(which: int, seed: int) -> None:
-    """Values by SciPy's rotations, on either side of the shadow; the jump has no derivative."""
+    """Values by SciPy's rotations, on either side of the shadow; the jump has no derivative.
+
+    Nor has a swing of half a turn: near it a five-point difference says little.
+    """
     model, rng = model_of(6), np.random.default_rng(seed)
-    x, other = (random_state(rng, 6, N_BIASES) for _ in range(2))
+    x = random_state(rng, 6, N_BIASES)
+    others = (random_state(rng, 6, N_BIASES) for _ in range(9))
+    other = next(one for one in others if swing_of(x, one) < np.radians(150))
     delta = rng.normal(size=model.n_x)
     R, R_other = (Rotation.from_mrp(state[SIGMA]) for state in (x, other))
 

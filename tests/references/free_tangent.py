@@ -19,7 +19,8 @@ def heading_of(attitude: Rotation) -> Rotation:
     x, y, z, w = np.atleast_2d(attitude.as_quat()).T
     is_plain = w**2 + z**2 > 0.05
     twist = 2 * np.where(is_plain, np.arctan2(z, w), np.arctan2(y, x))
-    return Rotation.from_euler("z", twist if not attitude.single else twist[0])
+    turns = Rotation.from_rotvec(np.outer(twist, [0.0, 0.0, 1.0]))
+    return turns[0] if attitude.single else turns
 
 
 def turn_of(attitude: Rotation, d: Array) -> Rotation:

@@ -304,8 +304,8 @@ def test_the_summary_counts_runs_that_arrived_after_a_second() -> None:
     assert (row["within_3_deg"], row["within_3_std"]) == (0.25, 0.75)
 
 
-def test_an_ekf_carries_a_bad_start_and_an_mhe_forgets_it() -> None:
-    """30° or 60°: the same MHE to a twentieth, twice the error for the EKF."""
+def test_an_ekf_with_a_settled_first_update_forgets_a_bad_start_as_an_mhe_does() -> None:
+    """30° or 60°: the same errors to a twentieth."""
     median = {
         (name, estimator): np.median(
             [
@@ -316,9 +316,7 @@ def test_an_ekf_carries_a_bad_start_and_an_mhe_forgets_it() -> None:
         for name in ("gentle-30", "gentle-60")
         for estimator in ("ekf", "mhe")
     }
-    assert median["gentle-60", "ekf"] > 2 * median["gentle-30", "ekf"]
-    assert median["gentle-60", "mhe"] == pytest.approx(median["gentle-30", "mhe"], rel=0.05)
-    assert median["gentle-60", "ekf"] > 5 * median["gentle-60", "mhe"]
+    assert max(median.values()) == pytest.approx(min(median.values()), rel=0.05)
 
 
 def arrived(group: str, seeds: range) -> tuple[float, float]:
