@@ -6,7 +6,7 @@ p is the tip, σ the attitude (`models.attitude`), v and a the tip's velocity an
 the world, ω and α the body's rate and its derivative in body axes. Tip and attitude are moved by
 chains (`models.chains`), isotropic, so that no direction is told from another:
 
-    (p, v, a)⁺ = (F_p ⊗ I) (p, v, a) + (G_p ⊗ I) w
+    (p, v, a)⁺ = (F_p ⊗ I) (p, v, a) + (G_p ⊗ N) w,   N the heading
     R⁺ = R Exp(F_α,12 ω + F_α,13 α + first row of (G_α ⊗ I) w),   (ω, α)⁺ = the chain's other rows
 
 A constant error of the attitude costs no noise and shows in no rate: a gyroscope alone tells
@@ -112,10 +112,11 @@ def step(
     """
     centre = ca.DM(centre_m)
     placed = (x[TIP] - centre, x[V], x[A])
+    N = attitude.heading(x[SIGMA])  # the noise goes with it: a pen that is turned is the same pen
     F, G = tip.transition(dt), tip.factor(dt)
     moved = [
         sum((F[i, j] * part for j, part in enumerate(placed)), ca.SX.zeros(3))
-        + sum((G[i, j] * w[part] for j, part in enumerate((TIP, V, A))), ca.SX.zeros(3))
+        + N @ sum((G[i, j] * w[part] for j, part in enumerate((TIP, V, A))), ca.SX.zeros(3))
         for i in range(3)
     ]
     F, G = turning.transition(dt), turning.factor(dt)

@@ -74,7 +74,8 @@ class LevelFilter:
     ----------
     pen : geometry, prior and everything that is not a parameter
     sensors : names of the pen's sensors
-    writing_area : see `models.pen.pen_model`
+    writing_area : see `models.pen.pen_model`; a pen's sensor of rest takes no part, as it would
+        judge by the levels themselves
     """
 
     def __init__(
@@ -108,7 +109,7 @@ class LevelFilter:
         return _groups([levels.walks for levels in self._probes])
 
     def _levels(self, pen: PenConfig) -> Levels:
-        model = pen_model(pen, self.sensors, writing_area=self.writing_area)
+        model = pen_model(pen, self.sensors, writing_area=self.writing_area, rest=False)
         return Levels(model, np.array([p.value(pen) for p in self._chain]))
 
     def _level_values(self, levels: Levels) -> Array:

@@ -50,7 +50,7 @@ def test_everything_derived_has_its_place_and_unit() -> None:
     for member in ("derived", "derived_std"):
         assert re.search(rf"pen_real {member}\[PEN_N_DERIVED\]; /\* .+ \*/", HEADER)
     readme = export_files(made("ekf", PEN), None, "…")["README.md"]
-    assert "estimate.derived[PEN_DERIVED_AZIMUTH_RAD] in rad" in readme
+    assert f"estimate.derived[PEN_DERIVED_{derived.names[0].upper()}] in " in readme
     assert all(f"`{name}`" in readme for name in derived.names)
 
 
@@ -76,10 +76,8 @@ def test_every_reading_of_a_sensor_has_its_place_and_unit() -> None:
     for sensor in PEN.sensors:
         for axis, unit in zip(sensor.axes, sensor.unit_of_axis, strict=True):
             line = f"PEN_READING_{sensor.name.upper()}_{axis.upper()} = {place}, "
-            assert (line + f"/* {readable_unit(unit)} */" in HEADER) == (
-                sensor.constant_reading is None
-            )
-            place += sensor.constant_reading is None
+            assert (line + f"/* {readable_unit(unit)} */" in HEADER) == (sensor.is_measured)
+            place += sensor.is_measured
     assert f"#define PEN_N_Y {place} " in HEADER
     assert "area: " in HEADER, "the step adds its readings"
 

@@ -114,5 +114,6 @@ def test_a_drawn_truth_without_a_camera_is_judged_without_the_area() -> None:
 def test_every_bundled_pen_is_observed_by_default(pen: str) -> None:
     config: PenConfig = load_pen(pen)
     found = observe(config, motions=["still"], duration_s=0.2)
-    with_rate = {name for name, sensor in config.sensors.items() if sensor.rate_hz is not None}
-    assert {sensor.name for sensor in found.model.sensors} == with_rate
+    chosen = {name for name, sensor in config.sensors.items() if sensor.rate_hz is not None}
+    chosen |= {name for name, sensor in config.sensors.items() if sensor.is_rest}
+    assert {sensor.name for sensor in found.model.sensors} == chosen

@@ -32,7 +32,7 @@ def recording() -> Recording:
 def test_noise_has_the_stated_size(recording: Recording) -> None:
     model = pen_model(load_pen("reference"), SENSORS)
     assert recording.truth is not None
-    for sensor in model.sensors:
+    for sensor in model.measured_sensors:
         times, values = recording.sensor(sensor.name)
         states = recording.truth.states(model.state_names, times)
         residuals = np.array(
