@@ -99,7 +99,7 @@ class InterpretedFilter:
             again = self._stage.update(predicted, y, present, state.mean, d_minus)
             if not np.isfinite(again.deviation).all():
                 break
-            largest = (np.abs(again.deviation) / state.std).max()
+            largest = np.fmax.reduce(np.abs(again.deviation) / state.std)  # 0 / 0 says nothing
             if not largest > FIRST["FIRST_SETTLED"]:
                 break
             state, updates = again.state, updates + 1

@@ -13,7 +13,6 @@ from models.motion import Motion
 from models.outputs import Outputs, TangentNames
 from models.pen_config import UNIFORM_ANGLE_STD_RAD, Prior
 from models.rotation import about_z, cross_matrix, vee, world_to_body
-from models.sensor_kinds.mounted import Vector3
 
 ANGLES = ("azimuth_rad", "elevation_rad", "spin_rad")
 QUATERNION = tuple(f"attitude_{axis}" for axis in "wxyz")
@@ -40,13 +39,13 @@ def free_kinematics(
         names=names,
         units=units,
         step=lambda x, w, dt: free_pen.step(x, w, dt, tip, turning, centre_m=motion.tip.centre_m),
-        retract=lambda x, d: free_pen.retract(x, d, prior.tip_m),
-        difference=lambda to, of: free_pen.difference(to, of, prior.tip_m),
+        retract=free_pen.retract,
+        difference=free_pen.difference,
         mean=mean,
         covariance=covariance,
         regularity=attitude.level_part(x[SIGMA]),
         outputs=_outputs(x),
-        tangent=_tangent_names(x, prior.tip_m),
+        tangent=_tangent_names(x),
     )
 
 
@@ -67,10 +66,10 @@ def _outputs(x: ca.SX) -> Outputs:
     return Outputs(tuple(table), units, function, wrapped)
 
 
-def _tangent_names(x: ca.SX, pivot_m: Vector3) -> TangentNames:
-    """Turns, rates and accelerations in world axes, and whole changes of tip, v and a.
+def _tangent_names(x: ca.SX) -> TangentNames:
+    """Turns, rates and accelerations in world axes, and whole changes of v and a.
 
-    The tangent vector leaves out what turns with the attitude: δp = d_p + d_θ × (p - c), ….
+    The tangent vector leaves out what turns with the attitude: δv = d_v + N d_θ × v.
     """
     names, units = (list(column) for column in zip(*STATES, strict=True))
     R, T = attitude.body_to_world(x[SIGMA]), ca.SX.eye(N_FREE)
@@ -84,8 +83,8 @@ def _tangent_names(x: ca.SX, pivot_m: Vector3) -> TangentNames:
     N = attitude.heading(x[SIGMA])
     T[SIGMA, SIGMA] = N
     T[OMEGA, OMEGA] = T[ALPHA, ALPHA] = R
-    for part, vector in ((TIP, x[TIP] - ca.DM(pivot_m)), (V, x[V]), (A, x[A])):
-        T[part, SIGMA] = -cross_matrix(vector) @ N
+    for part in (V, A):
+        T[part, SIGMA] = -cross_matrix(x[part]) @ N
     return TangentNames(tuple(names), tuple(units), ca.Function("whole", [x], [ca.densify(T)]))
 
 

@@ -13,16 +13,16 @@ A constant error of the attitude costs no noise and shows in no rate: a gyroscop
 nothing of tilt or heading, as it should. (White jerk on Euler angles makes it an inclinometer.)
 
 A tangent vector of the attitude is a tilt about a level axis, in a frame that goes with the
-heading, and then a turn about the vertical (`models.attitude.turn`); tip, v and a turn with it, the
-tip about a pivot c:
+heading, and then a turn about the vertical (`models.attitude.turn`); v and a turn with it:
 
-    retract(x, d): R⁺ = W R, p⁺ = c + W (p - c) + d_p, v⁺ = W v + d_v, a⁺ = W a + d_a, else added
+    retract(x, d): R⁺ = W R, v⁺ = W v + d_v, a⁺ = W a + d_a, else added
                    W = Exp(d₃ e_z) Exp(N (d₁, d₂, 0))
 
-So what an accelerometer reads of a does not depend on the attitude's part; turning everything about
-the vertical, which no inertial sensor shows, is the same tangent vector at every state; and what is
-known of a tilt beside an accelerometer's bias stays so wherever the heading goes. In the body's
-axes updates made an estimator believe in a heading, in the world's in a tilt.
+So what an accelerometer reads of a does not depend on the attitude's part; turning about the
+vertical, which no inertial sensor shows, is the same tangent vector of attitude, v and a at every
+state; and what is known of a tilt beside an accelerometer's bias stays so wherever the heading
+goes. In the body's axes updates made an estimator believe in a heading, in the world's in a tilt.
+(Turning the tip too is worse: errors of truths drawn from the model are then larger than claimed.)
 
 References
 ----------
@@ -132,12 +132,12 @@ def step(
     return ca.vertcat(centre + moved[0], sigma, moved[1], rate, moved[2], acceleration)
 
 
-def retract(x: ca.SX, d: ca.SX, pivot_m: Vector3 = ORIGIN) -> ca.SX:
+def retract(x: ca.SX, d: ca.SX) -> ca.SX:
     """Return the states (18,) that a tangent vector (18,) is away."""
-    turn, pivot = attitude.turn(x[SIGMA], d[SIGMA]), ca.DM(pivot_m)
+    turn = attitude.turn(x[SIGMA], d[SIGMA])
     W = attitude.body_to_world(turn)
     return ca.vertcat(
-        pivot + W @ (x[TIP] - pivot) + d[TIP],
+        x[TIP] + d[TIP],
         attitude.product(turn, x[SIGMA]),
         W @ x[V] + d[V],
         x[OMEGA] + d[OMEGA],
@@ -146,12 +146,12 @@ def retract(x: ca.SX, d: ca.SX, pivot_m: Vector3 = ORIGIN) -> ca.SX:
     )
 
 
-def difference(to: ca.SX, of: ca.SX, pivot_m: Vector3 = ORIGIN) -> ca.SX:
+def difference(to: ca.SX, of: ca.SX) -> ca.SX:
     """Return the tangent vector (18,) from one to another."""
-    turn, pivot = attitude.product(to[SIGMA], -of[SIGMA]), ca.DM(pivot_m)
+    turn = attitude.product(to[SIGMA], -of[SIGMA])
     W = attitude.body_to_world(turn)
     return ca.vertcat(
-        to[TIP] - pivot - W @ (of[TIP] - pivot),
+        to[TIP] - of[TIP],
         attitude.tangent(of[SIGMA], turn),
         to[V] - W @ of[V],
         to[OMEGA] - of[OMEGA],

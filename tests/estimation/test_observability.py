@@ -213,7 +213,7 @@ def test_matrix_is_the_derivative_of_all_readings_by_the_first_state() -> None:
 
     def readings(amount: float, column: int) -> Array:
         """Readings; those of orientation as a turn in body axes from the camera's own."""
-        y = stacked_readings(model, retracted(x, amount * np.eye(18)[column], np.zeros(3)), times)
+        y = stacked_readings(model, retracted(x, amount * np.eye(18)[column]), times)
         turn = Rotation.from_rotvec(y[:, 9:]).inv() * seen_turn
         return np.hstack([y[:, :9], -turn.as_rotvec()])
 

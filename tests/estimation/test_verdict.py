@@ -43,7 +43,7 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 def tangent_vector(model: StateSpaceModel, x: Array, direction: UnobservableDirection) -> Array:
     """Return the tangent vector (n_x,) of a direction; a free pen's are whole changes in the world.
 
-    Its tip (about the origin), v and a turn with the attitude, its rates are the body's.
+    Its v and a turn with the attitude, its rates are the body's.
     """
     named = model.tangent
     names = model.state_names if named is None else named.names
@@ -58,7 +58,7 @@ def tangent_vector(model: StateSpaceModel, x: Array, direction: UnobservableDire
             part = [i for i, name in enumerate(names) if name.startswith(word)]
             assert len(part) == 3
             vector[part] = into_body.apply(vector[part])
-        for start in (0, 6, 12):
+        for start in (6, 12):
             part = slice(start, start + 3)
             vector[part] -= np.cross(vector[3:6], x[part])
         vector[3:6] = heading_of(Rotation.from_mrp(x[3:6])).inv().apply(vector[3:6])
@@ -218,7 +218,7 @@ def gradients(names: tuple[str, ...], x: Array) -> Array:
         return np.eye(15)
 
     def outputs(d: Array) -> Array:
-        moved = retracted(x, d, np.zeros(3))
+        moved = retracted(x, d)
         rest = iter([*moved[:3], *moved[6:]])
         shown = attitude_outputs(moved)
         return np.array([shown[name] if name in shown else next(rest) for name in names])

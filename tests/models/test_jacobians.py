@@ -214,13 +214,13 @@ def test_retract_and_difference_of_the_free_pen(which: int, seed: int) -> None:
     delta = rng.normal(size=model.n_x)
     R, R_other = (Rotation.from_mrp(state[SIGMA]) for state in (x, other))
 
-    moved, turn, pivot = x + delta, turn_of(R, delta[SIGMA]), model.prior.mean[TIP]
+    moved, turn = x + delta, turn_of(R, delta[SIGMA])
     moved[SIGMA] = (turn * R).as_mrp()
     away, turned = x - other, R * R_other.inv()
     away[SIGMA] = tangent_of(R_other, turned)
-    for vector, about in ((TIP, pivot), (V, 0.0), (A, 0.0)):
-        moved[vector] = about + turn.apply(x[vector] - about) + delta[vector]
-        away[vector] = x[vector] - about - turned.apply(other[vector] - about)
+    for vector in (V, A):
+        moved[vector] = turn.apply(x[vector]) + delta[vector]
+        away[vector] = x[vector] - turned.apply(other[vector])
     for function, second, expected, length in (
         (model.retract, delta, moved, 1.0),
         (model.difference, other, away, 4.0),

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 
-TIP, SIGMA, V, A = slice(0, 3), slice(3, 6), slice(6, 9), slice(12, 15)
+SIGMA, V, A = slice(3, 6), slice(6, 9), slice(12, 15)
 
 
 def heading_of(attitude: Rotation) -> Rotation:
@@ -37,12 +37,11 @@ def tangent_of(attitude: Rotation, turn: Rotation) -> Array:
     return np.array([*(4 * np.ravel(level)[:2]), 2 * np.arctan2(z, w)])
 
 
-def retracted(x: Array, d: Array, pivot: Array) -> Array:
-    """R⁺ = W R, p about the pivot, v and a turned by W, then added; the rest added."""
+def retracted(x: Array, d: Array) -> Array:
+    """R⁺ = W R, v and a turned by W, then added; the rest added."""
     before = Rotation.from_mrp(x[SIGMA])
     turn, moved = turn_of(before, d[SIGMA]), x + d
     moved[SIGMA] = (turn * before).as_mrp()
-    moved[TIP] = pivot + turn.apply(x[TIP] - pivot) + d[TIP]
     for part in (V, A):
         moved[part] = turn.apply(x[part]) + d[part]
     return moved
