@@ -31,8 +31,8 @@ derivatives: huge ones of azimuth and spin, of length 1 of elevation."""
 
 HALF_SWING = 1e-28
 """Of q_w² + q_z², below which a swing is half a turn, to rounding."""
-LEAST_TWIST = 0.05
-"""Of q_w² + q_z² = (1 + R_zz) / 2, down to which a heading is told by q_w and q_z: 26° from where
+LEAST_TWIST = 0.01
+"""Of q_w² + q_z² = (1 + R_zz) / 2, down to which a heading is told by q_w and q_z: 11° from where
 the body's z axis points straight down."""
 
 

@@ -24,7 +24,10 @@ def call(*arguments: str) -> Any:
 
 
 WRONG = {
-    "command": (("simulat",), "command simulat is unknown, expected one of estimate, tune, simulate,"),
+    "command": (
+        ("simulat",),
+        "command simulat is unknown, expected one of estimate, tune, simulate,",
+    ),
     "meant command": (("simulat",), "did you mean simulate?"),
     "option": (("observe", "--pne", "x"), "no such option: --pne; did you mean --pen?"),
     "first option": (("--versoin",), "no such option: --versoin; did you mean --version?"),

@@ -29,7 +29,7 @@ from recordings.simulate_pen import simulate
 PEN = load_pen("reference")
 SENSORS = ("accel", "gyro")
 """With a writing area: no camera says where the tip is."""
-MODEL = pen_model(PEN, SENSORS)
+MODEL = pen_model(PEN, SENSORS, rest=False)
 ESTIMATORS: dict[str, Callable[[StateSpaceModel], Any]] = {
     "ekf": Ekf,
     "mhe-rti": lambda model: MheRti(model, MheRtiConfig(horizon=3)),
@@ -86,7 +86,7 @@ def test_nis_needs_no_covariances(name: str) -> None:
 
 
 def test_a_set_that_another_one_equals_is_left_out() -> None:
-    model = pen_model(PEN, ["gyro"], writing_area=False)
+    model = pen_model(PEN, ["gyro"], writing_area=False, rest=False)
     assert list(row_sets(model)) == ["measured"]
     np.testing.assert_array_equal(row_sets(model)["measured"], [True] * 3)
 

@@ -21,6 +21,7 @@ from models.pen import pen_model
 from models.state_space import StateSpaceModel
 from recordings.simulate_pen import simulate
 from tests.linear_models import constant_acceleration_system
+from tests.references.free_tangent import heading_of
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -85,14 +86,14 @@ def test_a_column_is_a_state_or_a_derived_output() -> None:
 
 
 def test_a_velocitys_deviation_is_that_in_the_world() -> None:
-    """A velocity turns with the attitude: v's covariance is P_vv + [v]× R P_θθ Rᵀ [v]×ᵀ + …"""
+    """A velocity turns with the attitude: v's covariance is P_vv + [v]× N P_θθ Nᵀ [v]×ᵀ + …"""
     found, V, SIGMA = history(), slice(6, 9), slice(3, 6)
     for k in (3, 20):
         x, P = found.mean[k], found.covariance[k]
-        R, v = Rotation.from_mrp(x[SIGMA]).as_matrix(), x[V]
+        N, v = heading_of(Rotation.from_mrp(x[SIGMA])).as_matrix(), x[V]
         J = np.zeros((3, len(x)))
         J[:, V] = np.eye(3)
-        J[:, SIGMA] = np.cross(R.T, v).T  # δϑ × v with δϑ = R d_θ
+        J[:, SIGMA] = np.cross(N.T, v).T  # δϑ × v with δϑ = N d_θ
         std = np.sqrt(np.diag(J @ P @ J.T))
         names = [f"tip_{axis}_velocity_m_s" for axis in "xyz"]
         np.testing.assert_allclose([found.std_of(name)[k] for name in names], std, rtol=1e-12)

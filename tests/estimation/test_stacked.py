@@ -53,7 +53,7 @@ def test_measurements_are_the_rows_of_stacked() -> None:
         "camera": (np.arange(15) / 30, rng.standard_normal((15, 6))),
     }
     recording = Recording.from_sensors("r", parts)
-    model = pen_model(load_pen("reference"), SENSORS)
+    model = pen_model(load_pen("reference"), SENSORS, rest=False)
     time_s, y = recording.stacked(model)
     measured = list(recording.measurements(model))
     np.testing.assert_array_equal([m.time_s for m in measured], time_s)

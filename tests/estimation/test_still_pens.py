@@ -74,7 +74,7 @@ def test_a_minute() -> None:
 def test_without_rest_confidence_is_false() -> None:
     """A test of the test: the bias about the vertical is off by many claims within minutes."""
     said = after("ekf", range(4), (300.0,), rest=False)
-    assert said.claimed.min() < 0.95 * floor_rad()
+    assert said.claimed.min() < 0.97 * floor_rad()
     assert np.sqrt(np.mean((said.bias_error / said.bias_claimed) ** 2)) > 5
 
 

@@ -25,6 +25,7 @@ from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.gyroscope import Gyroscope
 from models.state_space import StateSpaceModel
 from tests.models.pens import ACCELEROMETER, GYROSCOPE, Array, call, matrix, pen, random_state
+from tests.references.free_tangent import heading_of
 
 _DT = ca.SX.sym("dt")
 FACTOR = ca.Function("factor", [_DT], [white_jerk_factor(_DT)])
@@ -214,11 +215,14 @@ def test_whole_state_of_the_free_pen(dt: float, seed: int) -> None:
     x, w = random_state(rng, 6, n_biases=5), rng.standard_normal(model.n_w)
     transition, noise = van_loan(dt)
     L = np.linalg.cholesky(noise)
-    expected = x.copy()
+    expected, with_heading = x.copy(), w.copy()
+    N = heading_of(Rotation.from_mrp(x[SIGMA]))
+    for part in (TIP, V, A):
+        with_heading[part] = N.apply(w[part])
     for axis in range(3):
         tip = [TIP.start + axis, V.start + axis, A.start + axis]
         turning = [SIGMA.start + axis, OMEGA.start + axis, ALPHA.start + axis]
-        expected[tip] = transition @ x[tip] + TIP_DENSITY * L @ w[tip]
+        expected[tip] = transition @ x[tip] + TIP_DENSITY * L @ with_heading[tip]
         turn_of = [0.0, *x[turning[1:]]]
         expected[turning] = transition @ turn_of + ANGLE_DENSITY * L @ w[turning]
     turn = Rotation.from_rotvec(expected[SIGMA])

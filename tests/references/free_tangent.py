@@ -14,10 +14,10 @@ SIGMA, V, A = slice(3, 6), slice(6, 9), slice(12, 15)
 def heading_of(attitude: Rotation) -> Rotation:
     """The turn about the vertical N of R = N M, where M's axis is level: swing and twist.
 
-    Within 26° of where the body's z axis points down, of R turned half about its x.
+    Within 11° of where the body's z axis points down, of R turned half about its x.
     """
     x, y, z, w = np.atleast_2d(attitude.as_quat()).T
-    is_plain = w**2 + z**2 > 0.05
+    is_plain = w**2 + z**2 > 0.01
     twist = 2 * np.where(is_plain, np.arctan2(z, w), np.arctan2(y, x))
     turns = Rotation.from_rotvec(np.outer(twist, [0.0, 0.0, 1.0]))
     return turns[0] if attitude.single else turns
