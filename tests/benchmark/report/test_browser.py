@@ -101,7 +101,7 @@ def line_colours(browser: Any, plot: Any) -> list[str]:
 
 def test_matrix_stands_with_its_cells(page: Any) -> None:
     tables = page.find_elements("css selector", ".matrix table")
-    assert len(tables) == 5
+    assert len(tables) == 6  # five quantities, and what believing that it cannot spin costs
     rows = tables[0].find_elements("css selector", "tbody tr")
     assert [len(row.find_elements("css selector", "td")) for row in rows] == [3] * 8
     assert "not observable" in rows[0].text
