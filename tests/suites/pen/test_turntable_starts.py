@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from benchmark.configurations import TURNTABLE_CONFIGURATIONS
+from estimation.kalman_stage import KalmanStage
 from models.arrays import Array
 from models.errors import InputError
+from models.priors import replaced_prior
 from models.turntable import mirror, paper_turntable, turntable_model
 from pen_mhe.estimators import settings_read
 from recordings.simulate_turntable import simulate_table
@@ -115,8 +117,8 @@ def test_from_sixty_degrees_mirror_runs_are_recognised(estimator: str, configura
 
 @pytest.mark.parametrize("degrees_beyond", [32.0, 36.0, 40.0])
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_a_start_beyond_the_pole_ends_in_the_mirror(degrees_beyond: float, sign: float) -> None:
-    """The explanation in the module: φ̂ beyond cosφ = 0 turns θ away from the truth.
+def test_a_start_beyond_the_pole_may_end_in_the_mirror(degrees_beyond: float, sign: float) -> None:
+    """Or find back: a first update that is settled at its own posterior sees both sides.
 
     The truth starts that far before φ = 90°, the estimate as much beyond as makes 60°.
     """
@@ -126,20 +128,32 @@ def test_a_start_beyond_the_pole_ends_in_the_mirror(degrees_beyond: float, sign:
         update={"range_rad": (phi[0] * DEG, phi[1] * DEG), "rate_rad_s": 0.05 * DEG}
     )
     slow = replace(trial("accel", "ekf", SIXTY), table=table.model_copy(update={"tilt_phi": axis}))
-    assert run_start(slow, 0, SIXTY * np.array([1.0, sign])).outcome == "mirror"
+    beyond = run_start(slow, 0, SIXTY * np.array([1.0, sign])).outcome
+    assert beyond in ("mirror", "converged")
     assert run_start(slow, 0, SIXTY * np.array([-1.0, sign])).outcome == "converged"
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_first_step_of_a_linearised_update(seed: int) -> None:
-    """θ turns by sin(θ - θ̂) cosφ / cosφ̂, but for the noise of one reading (5 σ)."""
+    """θ turns by sin(θ - θ̂) cosφ / cosφ̂, but for the noise of one reading (5 σ).
+
+    Of one update that is linearised at the start, as the EKF's would be if it did not settle.
+    """
     sixty = trial("accel", "ekf", SIXTY)
-    phi = true_start(sixty.duration_s, seed)[0]
+    true = true_start(sixty.duration_s, seed)
     run = run_start(sixty, seed)
-    phi_start = phi + run.start_error_rad[0]
-    step = run.error[0, 1] - run.start_error_rad[1]
+    model = turntable_model(paper_turntable(), ["accel"])
+    phi, phi_start = true[0], true[0] + run.start_error_rad[0]
+    start = replaced_prior(
+        model,
+        dict(zip(model.state_names[:2], true[:2] + run.start_error_rad, strict=True)),
+        SIXTY,
+    )
+    recording = simulate_table(paper_turntable(), sixty.duration_s, seed)
+    first = KalmanStage(model).update(start, next(iter(recording.measurements(model))).y)
+    step = first.state.mean[1] - start.mean[1]
     expected = np.sin(-run.start_error_rad[1]) * np.cos(phi) / np.cos(phi_start)
-    noise = turntable_model(paper_turntable(), ["accel"]).noise_std[0] / 9.81
+    noise = model.noise_std[0] / 9.81
     off = math.remainder(step - expected, 2 * math.pi)
     assert abs(off) < 5 * noise / abs(np.cos(phi_start))
 

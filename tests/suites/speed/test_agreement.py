@@ -118,7 +118,7 @@ UNCARRIED_STD = 1e-2
 """Of a free pen `mhe-rti` takes the prior as it is, where `mhe` carries it into the tangent space
 at the point that a pass linearises at: a difference of second order."""
 
-ROLLED_STD = 1e-5
+ROLLED_STD = 1e-3
 """And `mhe` rolls its step out through f, which there is not linear."""
 
 
