@@ -176,8 +176,8 @@ SUITE = Suite(
 ROWS = (
     (
         "models/sensor_kinds/table.py",
-        "    WritingArea,\n)",
-        "    WritingArea,\n    Inclinometer,\n)",
+        "    Rest,\n)",
+        "    Rest,\n    Inclinometer,\n)",
         "from models.sensor_kinds.inclinometer import Inclinometer",
     ),
     (

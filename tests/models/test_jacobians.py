@@ -197,7 +197,8 @@ def swing_of(x: Array, other: Array) -> float:
     """Angle of the swing from one free pen's attitude to another's, rad."""
     turn = Rotation.from_mrp(x[SIGMA]) * Rotation.from_mrp(other[SIGMA]).inv()
     *_, z, w = turn.as_quat()
-    return float(2 * np.arccos(np.hypot(z, w)))
+    is_near_a_turn = abs(w) < 0.1 * abs(z)  # of the twist, which wraps
+    return np.pi if is_near_a_turn else float(2 * np.arccos(np.hypot(z, w)))
 
 
 @pytest.mark.parametrize("which", [0, 1])
@@ -205,12 +206,14 @@ def swing_of(x: Array, other: Array) -> float:
 def test_retract_and_difference_of_the_free_pen(which: int, seed: int) -> None:
     """Values by SciPy's rotations, on either side of the shadow; the jump has no derivative.
 
-    Nor has a swing of half a turn: near it a five-point difference says little.
+    Nor has a swing of half a turn, from the other or from upright: near it a five-point difference
+    says little.
     """
     model, rng = model_of(6), np.random.default_rng(seed)
-    x = random_state(rng, 6, N_BIASES)
-    others = (random_state(rng, 6, N_BIASES) for _ in range(9))
-    other = next(one for one in others if swing_of(x, one) < np.radians(150))
+    drawn = (random_state(rng, 6, N_BIASES) for _ in range(40))
+    plain = (one for one in drawn if swing_of(one, np.zeros(len(one))) < np.radians(120))
+    x = next(plain)
+    other = next(one for one in plain if swing_of(x, one) < np.radians(150))
     delta = rng.normal(size=model.n_x)
     R, R_other = (Rotation.from_mrp(state[SIGMA]) for state in (x, other))
 
