@@ -10,17 +10,16 @@ An angle on the circle is never less known than one of which nothing is known, Ï
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
 
 from models.arrays import Array
-from models.outputs import Outputs
+from models.outputs import UNIFORM_ANGLE_STD_RAD, Outputs
 from models.state_space import StateSpaceModel
 
-UNIFORM_STD_RAD = math.pi / math.sqrt(3)
 NAME = "derived"
 """Of the function that every loop calls, and of the block of values that it fills."""
 
@@ -58,8 +57,12 @@ def outputs_of(model: StateSpaceModel) -> Outputs:
     return Outputs(model.state_names, model.state_units, function, (False,) * model.n_x)
 
 
+@lru_cache(maxsize=16)
 def derived_outputs(model: StateSpaceModel) -> Derived:
-    """Return the derived outputs of a model, none for one that is read by its states."""
+    """Return the derived outputs of a model, none for one that is read by its states.
+
+    Made once per model: layouts, loops, readers and headers all ask for them.
+    """
     x, P = ca.SX.sym("x", model.n_x), ca.SX.sym("P", model.n_x, model.n_x)
     outputs = outputs_of(model)
     J = outputs.jacobian(model.retract, x)
@@ -68,7 +71,7 @@ def derived_outputs(model: StateSpaceModel) -> Derived:
     std = ca.sqrt(ca.fmax(ca.sum2((J @ P) * J), 0))
     for i, row in enumerate(rows):
         if outputs.wrapped[row]:
-            std[i] = ca.fmin(std[i], UNIFORM_STD_RAD)
+            std[i] = ca.fmin(std[i], UNIFORM_ANGLE_STD_RAD)
     results = [ca.densify(outputs.function(x)[rows]), ca.densify(std)]
     return Derived(
         tuple(outputs.names[i] for i in rows),

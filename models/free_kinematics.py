@@ -10,8 +10,8 @@ from models.arrays import Array
 from models.body_model import Kinematics
 from models.free_pen import ALPHA, N_FREE, OMEGA, SIGMA, STATES, TIP, A, V
 from models.motion import Motion
-from models.outputs import Outputs, TangentNames
-from models.pen_config import UNIFORM_ANGLE_STD_RAD, Prior
+from models.outputs import UNIFORM_ANGLE_STD_RAD, Outputs, TangentNames
+from models.pen_config import Prior
 from models.rotation import about_z, cross_matrix, vee, world_to_body
 
 ANGLES = ("azimuth_rad", "elevation_rad", "spin_rad")

@@ -15,6 +15,9 @@ import casadi as ca
 
 from models.manifold import wrapped_angles
 
+UNIFORM_ANGLE_STD_RAD = math.pi / math.sqrt(3)
+"""Standard deviation of an angle of which nothing is known."""
+
 
 @dataclass(frozen=True, eq=False)
 class Outputs:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
@@ -10,14 +9,11 @@ from pydantic import Field, PositiveFloat, ValidationInfo, field_validator, mode
 
 from models.config import UnitConfig
 from models.motion import Motion, with_motion
+from models.outputs import UNIFORM_ANGLE_STD_RAD
 from models.paper import Paper, check_paper
 from models.printed import PrintedError, check_printed_pen
 from models.sensor_kinds.mounted import Vector3
 from models.sensor_kinds.table import Sensor
-
-UNIFORM_ANGLE_STD_RAD = math.pi / math.sqrt(3)
-"""Standard deviation of an angle of which nothing is known."""
-
 
 Limit = Annotated[float, Field(allow_inf_nan=True)]
 """A bound in a pen file; inf leaves that side open, NaN is refused by the model."""

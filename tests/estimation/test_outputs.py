@@ -14,11 +14,12 @@ from ekf_baseline.ekf import Ekf
 from estimation.collect import collected
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import run
-from estimation.outputs import UNIFORM_STD_RAD, derived_outputs, output_jacobian, outputs_of
+from estimation.outputs import derived_outputs, output_jacobian, outputs_of
 from estimation.recording import Recording
 from estimation.status import Status
 from models.arrays import Array
 from models.gaussian import GaussianState
+from models.outputs import UNIFORM_ANGLE_STD_RAD
 from models.pen import pen_model
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
@@ -143,9 +144,9 @@ def test_an_angle_on_the_circle_is_never_less_known_than_unknown() -> None:
     P = 100.0 * np.eye(model().n_x)
     _, std = derived_outputs(model()).values(x[None], P[None])
     of = dict(zip(names, std[0], strict=True))
-    assert pytest.approx(np.pi / np.sqrt(3), rel=1e-15) == UNIFORM_STD_RAD
+    assert pytest.approx(np.pi / np.sqrt(3), rel=1e-15) == UNIFORM_ANGLE_STD_RAD
     for name in CAPPED:
-        assert of[name] == UNIFORM_STD_RAD
+        assert of[name] == UNIFORM_ANGLE_STD_RAD
     assert of["elevation_rad"] == pytest.approx(10.0, rel=1e-12)  # it is not on the circle
 
 
@@ -175,7 +176,7 @@ def test_exactly_upright_everything_is_a_number(side: int) -> None:
     assert np.isfinite(values).all()
     assert np.isfinite(std).all()
     assert value["elevation_rad"] == pytest.approx(side * np.pi / 2, abs=1e-7)
-    assert of["azimuth_rad"] == of["spin_rad"] == UNIFORM_STD_RAD
+    assert of["azimuth_rad"] == of["spin_rad"] == UNIFORM_ANGLE_STD_RAD
     assert of["elevation_rad"] == pytest.approx(0.01, rel=1e-6)
     assert np.isfinite(output_jacobian(model())(x).full()).all()
 
