@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from types import MappingProxyType
 
 from estimation.recording import Recording
@@ -212,6 +213,12 @@ def _with_bias(sensors: Mapping[str, Sensor], std_m_s2: float | None) -> dict[st
 
 def case_model(case: BadStart) -> StateSpaceModel:
     """Return the model of a case, with its pen's own attitude."""
+    return _kept_model(replace(case, label="", wrong_deg=0.0, told_std_deg=None, duration_s=0.0))
+
+
+@lru_cache(maxsize=16)
+def _kept_model(case: BadStart) -> StateSpaceModel:
+    """Return a model that serves every start of a case."""
     # A truth that is drawn knows of no writing area.
     return pen_model(case_pen(case), case.sensors, writing_area=case.motion != DRAWN)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ from suites.bad_starts.cases import (
 )
 from suites.bad_starts.run import (
     ESTIMATORS,
+    FIRST_S,
     BadStartRun,
     claimed_std,
     run_bad_start,
@@ -49,6 +51,10 @@ MOVING = {
     "acceleration": ("tip_x_acceleration_m_s2", "tip_y_acceleration_m_s2"),
     "angle acceleration": ("body_acceleration_x_rad_s2", "body_acceleration_y_rad_s2"),
 }
+
+
+BEGINNING_S = 0.1
+"""Of recordings of which the start alone is looked at."""
 
 
 class HandedOverError(Exception):
@@ -74,7 +80,7 @@ def what_the_estimator_is_given(
 def test_the_start_is_wrong_by_what_is_stated_and_nothing_else_is_told(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    case = CASES[name]
+    case = replace(CASES[name], duration_s=BEGINNING_S)
     own, is_free = case_model(case), case.degrees_of_freedom == 6
     changed = ["mrp_x", "mrp_y", "mrp_z"] if is_free else [ELEVATION]
     columns = [own.state_names.index(state) for state in changed]
@@ -247,7 +253,8 @@ def test_strokes_start_at_rest_and_differ_by_seed() -> None:
 @pytest.mark.parametrize("name", ["gentle-60", "writing-60"])
 def test_what_is_told_of_a_writing_hand_covers_it(name: str) -> None:
     """True starts in deviations of the prior: of one size where told, smaller in the pen file."""
-    case, model = CASES[name], case_model(CASES[name])
+    case = replace(CASES[name], duration_s=BEGINNING_S)
+    model = case_model(case)
     truths = [case_recording(case, seed).truth for seed in range(30)]
     for named in MOVING.values():
         states = [state for state in named if state in model.state_names]
@@ -304,14 +311,16 @@ def test_the_summary_counts_runs_that_arrived_after_a_second() -> None:
     assert (row["within_3_deg"], row["within_3_std"]) == (0.25, 0.75)
 
 
+def first_second(name: str, estimator: str, seed: int) -> BadStartRun:
+    """Run a case for little longer than what is judged of it."""
+    return run_bad_start(replace(CASES[name], duration_s=FIRST_S + 0.05), estimator, seed)
+
+
 def test_an_ekf_with_a_settled_first_update_forgets_a_bad_start_as_an_mhe_does() -> None:
     """30° or 60°: the same errors to a twentieth."""
     median = {
         (name, estimator): np.median(
-            [
-                (run := run_bad_start(CASES[name], estimator, seed)).first_rms(run.error)
-                for seed in range(6)
-            ]
+            [(run := first_second(name, estimator, seed)).first_rms(run.error) for seed in range(6)]
         )
         for name in ("gentle-30", "gentle-60")
         for estimator in ("ekf", "mhe")
@@ -322,9 +331,9 @@ def test_an_ekf_with_a_settled_first_update_forgets_a_bad_start_as_an_mhe_does()
 def arrived(group: str, seeds: range) -> tuple[float, float]:
     """Fractions of runs within 3° after a second, and within 3 claimed deviations."""
     angles = [name for name in CASES if name.startswith(f"{group}-") and name != f"{group}-0"]
-    runs = [run_bad_start(CASES[angles[k % len(angles)]], "mhe-rti", k) for k in seeds]
-    first = np.array([run.at(run.error, 1.0) for run in runs])
-    ratio = first / [run.at(run.std, 1.0) for run in runs]
+    runs = [first_second(angles[k % len(angles)], "mhe-rti", k) for k in seeds]
+    first = np.array([run.at(run.error, FIRST_S) for run in runs])
+    ratio = first / [run.at(run.std, FIRST_S) for run in runs]
     return float(np.mean(first <= np.radians(3))), float(np.mean(ratio <= 3))
 
 
