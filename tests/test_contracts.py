@@ -30,6 +30,8 @@ from tests.contracts import check_failures, check_history, check_inputs_unchange
 DURATION_S = 0.25
 MODELS = contract_models()
 QUICK = {"horizon": 5}
+REFERENCES = ("mhe-ipopt", "mhe-sparse")
+"""What takes any model as the other estimators do, and takes longer."""
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -82,8 +84,18 @@ def test_every_estimator_is_in_the_registry(room: str) -> None:
     assert found <= set(ESTIMATORS)
 
 
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-@pytest.mark.parametrize("name", MODELS)
+def pairs() -> list[Any]:
+    """Model and estimator; of the slow references, on pens, one body and one sensor each."""
+    quick = {"pen6 accel+gyro+camera", "pen5 accel", "pen5 gyro", "pen5 accel+gyro+contact"}
+    return [
+        pytest.param(name, estimator, marks=pytest.mark.slow if is_slow else ())
+        for name in MODELS
+        for estimator in ESTIMATORS
+        for is_slow in [estimator in REFERENCES and name.startswith("pen") and name not in quick]
+    ]
+
+
+@pytest.mark.parametrize(("name", "estimator"), pairs())
 def test_history_and_determinism(name: str, estimator: str) -> None:
     steps = measurements(name)
     first = run_measurements(quick(estimator, MODELS[name]), steps, covariances=True)
@@ -93,8 +105,7 @@ def test_history_and_determinism(name: str, estimator: str) -> None:
     np.testing.assert_array_equal(first.covariance, again.covariance)
 
 
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize(("name", "estimator"), pairs())
 def test_inputs_unchanged_and_failures(name: str, estimator: str) -> None:
     built = quick(estimator, MODELS[name])
     steps = measurements(name)[:8]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from tests.configs import config_for
 from tests.estimation import pens
 from tests.linear_models import LinearSystem, constant_acceleration_system, coupled_system
 from tests.mhe.runs import CONVERGING, ESTIMATORS, full_length, linear_batch, run_mhe
-from tests.references.constrained import solve_constrained
+from tests.references.constrained import ConstrainedSolution, solve_constrained
 
 TOLERANCE = 1e-6
 N_STAGES = 10
@@ -66,22 +67,61 @@ def stricter_error(states: Array, wanted: Array, std: Array) -> float:
     return float(np.maximum(error, error / std).max())
 
 
-@pytest.mark.parametrize("estimator", CONVERGING)
-@pytest.mark.parametrize("name", LINEAR)
-def test_linear_windows_while_they_grow(name: str, estimator: str) -> None:
-    system, seed, with_bound, with_inequality = LINEAR[name]
+@dataclasses.dataclass(frozen=True, eq=False)
+class GrowingWindow:
+    """Readings, the model with C x <= d, and the optimum (number of stages → it)."""
+
+    measurements: list[Measurement]
+    model: StateSpaceModel
+    C: Array
+    d: Array
+    wanted: dict[int, ConstrainedSolution]
+
+
+@cache
+def linear_window(name: str) -> GrowingWindow:
+    system, seed, *_ = LINEAR[name]
     rng = np.random.default_rng(seed)
     times = np.cumsum(rng.uniform(0.05, 0.2, N_STAGES))
     measurements = system.simulate(times, rng, missing=0.2)
     model, C, d = constrained_case(system, measurements)
-    estimates = run_mhe(model, measurements, config_for(estimator, horizon=N_STAGES - 1), estimator)
+    wanted = {
+        n: solve_constrained(linear_batch(system, measurements[:n]), C, d)
+        for n in range(1, N_STAGES + 1)
+    }
+    return GrowingWindow(measurements, model, C, d, wanted)
+
+
+@cache
+def pen_window(seed: int) -> GrowingWindow:
+    """tip_z >= c at several stages, and tip_x + tip_y <= c."""
+    run = pens.draw_pen_run(N_STAGES, seed)
+    free = pens.pen_batch(run.measurements).solve().states
+    desk, wall = np.quantile(free[:, 2], 0.6), np.quantile(free[:, 0] + free[:, 1], 0.4)
+    model = run.model.bounded(tip_z_m=(desk, np.inf)).constrained(lambda x: x[0] + x[1] - wall)
+    C, d = np.zeros((2, 15)), np.array([-desk, wall])
+    C[0, 2], C[1, :2] = -1, 1
+    wanted = {
+        n: solve_constrained(pens.pen_batch(run.measurements[:n]), C, d)
+        for n in (1, 2, 3, 5, 8, N_STAGES)
+    }
+    return GrowingWindow(run.measurements, model, C, d, wanted)
+
+
+@pytest.mark.parametrize("estimator", CONVERGING)
+@pytest.mark.parametrize("name", LINEAR)
+def test_linear_windows_while_they_grow(name: str, estimator: str) -> None:
+    _, _, with_bound, with_inequality = LINEAR[name]
+    case = linear_window(name)
+    config = config_for(estimator, horizon=N_STAGES - 1)
+    estimates = run_mhe(case.model, case.measurements, config, estimator)
     for k, estimate in enumerate(estimates):
-        wanted = solve_constrained(linear_batch(system, measurements[: k + 1]), C, d)
+        wanted = case.wanted[k + 1]
         assert estimate.window is not None
         assert estimate.status.is_solved
         error = stricter_error(estimate.window.states, wanted.states, wanted.std)
         assert error < TOLERANCE, f"window of {k + 1} stages"
-        assert (estimate.window.states @ C.T <= d + 1e-8).all()
+        assert (estimate.window.states @ case.C.T <= case.d + 1e-8).all()
     assert wanted.active[:, :2].any(axis=1).sum() >= with_bound
     assert wanted.active[:, 2].sum() >= with_inequality
     assert not wanted.active.all()
@@ -90,23 +130,19 @@ def test_linear_windows_while_they_grow(name: str, estimator: str) -> None:
 @pytest.mark.parametrize("estimator", CONVERGING)
 @pytest.mark.parametrize("seed", [*(pytest.param(n, marks=pytest.mark.slow) for n in (0, 4)), 1])
 def test_pen_above_its_desk_and_beside_a_wall(seed: int, estimator: str) -> None:
-    """tip_z >= c at several stages, and tip_x + tip_y <= c, on the nonlinear pen."""
-    run = pens.draw_pen_run(N_STAGES, seed)
-    free = pens.pen_batch(run.measurements).solve().states
-    desk, wall = np.quantile(free[:, 2], 0.6), np.quantile(free[:, 0] + free[:, 1], 0.4)
-    model = run.model.bounded(tip_z_m=(desk, np.inf)).constrained(lambda x: x[0] + x[1] - wall)
-    C, d = np.zeros((2, 15)), np.array([-desk, wall])
-    C[0, 2], C[1, :2] = -1, 1
-    mhe = ESTIMATORS[estimator](model, config_for(estimator, horizon=full_length(run.measurements)))
+    """On the nonlinear pen."""
+    case = pen_window(seed)
+    config = config_for(estimator, horizon=full_length(case.measurements))
+    mhe = ESTIMATORS[estimator](case.model, config)
     state, errors = mhe.init(), []
-    for k, measurement in enumerate(run.measurements):
+    for n, measurement in enumerate(case.measurements, 1):
         state, estimate = mhe.step(state, measurement)
         assert estimate.window is not None
         assert estimate.status is Status.SOLVED
-        if k not in (0, 1, 2, 4, 7, 9):
-            continue
-        wanted = solve_constrained(pens.pen_batch(run.measurements[: k + 1]), C, d)
-        errors.append(stricter_error(estimate.window.states, wanted.states, wanted.std))
+        if n in case.wanted:
+            wanted = case.wanted[n]
+            errors.append(stricter_error(estimate.window.states, wanted.states, wanted.std))
+    assert len(errors) == len(case.wanted)
     assert max(errors) < TOLERANCE
     assert wanted.active.any()
 
