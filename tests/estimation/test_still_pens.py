@@ -71,6 +71,7 @@ def test_a_minute() -> None:
     assert said.bias_claimed[:, -1] == pytest.approx(0.006 * DEG, rel=0.1)
 
 
+@pytest.mark.slow
 def test_without_rest_confidence_is_false() -> None:
     """A test of the test: the bias about the vertical is off by many claims within minutes."""
     said = after("ekf", range(4), (300.0,), rest=False)

@@ -68,7 +68,7 @@ def pen_optimum(seed: int, n: int = N_STAGES, azimuth: float = pens.PRIOR_MEAN[3
     return solution
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [*(pytest.param(n, marks=pytest.mark.slow) for n in (0, 2)), 1])
 def test_pen_window(pen_mhe: Estimator[Any], seed: int) -> None:
     measurements = pens.draw_pen_run(N_STAGES, seed).measurements
     y = np.array([m.y for m in measurements])

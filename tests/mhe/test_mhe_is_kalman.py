@@ -30,7 +30,8 @@ SYSTEMS = {
 
 EXACT_ARRIVALS = ("filtered", "smoothed")
 CASES = [
-    *(("mhe-ipopt", "filtered", horizon) for horizon in (1, 5, 20, 50)),
+    *(("mhe-ipopt", "filtered", horizon) for horizon in (1, 5, 20)),
+    pytest.param("mhe-ipopt", "filtered", 50, marks=pytest.mark.slow),
     *(("mhe-ipopt", "smoothed", horizon) for horizon in (1, 5)),
     *itertools.product(REAL_TIME, EXACT_ARRIVALS, (1, 5, 20, 50)),
 ]

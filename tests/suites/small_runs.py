@@ -42,7 +42,7 @@ class SmallRun:
     journal : a folder → the file that keeps what is finished
     written : files in the folder that hold the results, times among them
     reads_data : whether it needs the folder of real recordings
-    is_quick : whether two such runs belong into the quick tests
+    is_quick : whether one that Ctrl-C ends belongs into the quick tests
     """
 
     run: Callable[[Path], None]

@@ -35,9 +35,16 @@ TIMES = {"median_s", "p99_s", "max_s", "build_s", "time_ratio", "deadlines"}
 
 
 def cases() -> list[Any]:
+    """Runs and endings; a killed runner is in the quick tests of the benchmark, too."""
     return [
-        pytest.param(name, marks=() if small.is_quick else pytest.mark.slow)
+        pytest.param(
+            name,
+            ending,
+            marks=() if small.is_quick and ending == signal.SIGINT else pytest.mark.slow,
+            id=f"{name}-{ending.name}",
+        )
         for name, small in SMALL.items()
+        for ending in (signal.SIGINT, signal.SIGKILL)
     ]
 
 
@@ -124,8 +131,7 @@ def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return run
 
 
-@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGKILL], ids=lambda ending: ending.name)
-@pytest.mark.parametrize("name", cases())
+@pytest.mark.parametrize(("name", "ending"), cases())
 def test_nothing_finished_is_lost(
     name: str, ending: signal.Signals, tmp_path: Path, uninterrupted: Any
 ) -> None:

@@ -6,7 +6,9 @@ what makes one Gauss-Newton pass ends where every other such pass does. With bou
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,10 +45,20 @@ BOUNDED = (
     Problem("pen15", 10, 2, bounded=True),
     Problem("pen24", 6, 2, seed=2, bounded=True),
 )
-CASES = (*FREE, *BOUNDED)
+QUICK = {"turntable_20", "pen24_6", "pen15_10_bounded"}
+"""A plain one, a free pen with a camera, and a pen with bounds."""
 
 
-@pytest.fixture(scope="module", params=CASES, ids=lambda problem: problem.key)
+def marked(problems: Sequence[Problem]) -> list[Any]:
+    return [
+        pytest.param(
+            problem, marks=() if problem.key in QUICK else pytest.mark.slow, id=problem.key
+        )
+        for problem in problems
+    ]
+
+
+@pytest.fixture(scope="module", params=marked((*FREE, *BOUNDED)))
 def raced(request: pytest.FixtureRequest) -> tuple[RacedProblem, dict[str, str]]:
     absent: dict[str, str] = {}
     with pytest.MonkeyPatch.context() as patch:
@@ -135,7 +147,7 @@ def tolerance_of_one_pass(model: StateSpaceModel) -> float:
     return PASS_STD if is_plain(model) else UNCARRIED_STD
 
 
-@pytest.mark.parametrize("problem", FREE, ids=lambda problem: problem.key)
+@pytest.mark.parametrize("problem", marked(FREE))
 def test_one_pass_is_one_gauss_newton_step(problem: Problem, interpreted: None) -> None:
     """OSQP's QP and the Kalman stage's pass are the same step, written down twice."""
     solved = solved_windows(problem, 2)
@@ -163,7 +175,7 @@ def test_one_pass_is_one_gauss_newton_step(problem: Problem, interpreted: None) 
         assert PASS_STD < np.abs(left / std).max() < 1
 
 
-@pytest.mark.parametrize("problem", BOUNDED, ids=lambda problem: problem.key)
+@pytest.mark.parametrize("problem", marked(BOUNDED))
 def test_one_bounded_pass_is_one_quadratic_program(problem: Problem, interpreted: None) -> None:
     """The active set on the pass' factors and OSQP on a sparse matrix end in one step."""
     solved = solved_windows(problem, 2)
