@@ -38,6 +38,9 @@ RUNS_PER_TASK = 10
 FIGURE_CASES = ("writing-30", "writing-170", "calibrated-170", "strokes-30")
 """A column of the figure each, where they were run."""
 
+LEAST_WIDTH = 5.4
+"""Inches that the title asks for."""
+
 Runs = Mapping[tuple[str, str], Sequence[BadStartRun]]
 """(case, estimator) → its runs, by seed."""
 
@@ -155,7 +158,7 @@ def bad_starts_figure(runs: Runs, cases: Sequence[str], estimators: Sequence[str
     figure, grid = plt.subplots(
         len(QUANTITIES),
         len(cases),
-        figsize=(1.2 + 3.0 * len(cases), 5.6),
+        figsize=(max(LEAST_WIDTH, 1.2 + 3.0 * len(cases)), 5.6),
         layout="constrained",
         sharey="row",
         squeeze=False,

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib import pyplot as plt
+from matplotlib.text import Text
 from typer.testing import CliRunner
 
 from commands.cli import app
@@ -84,4 +86,23 @@ def test_the_figure_draws_medians_of_absolute_errors() -> None:
         band = axes.collections[0].get_paths()[0].vertices[:, 1]
         assert (band.min(), band.max()) == pytest.approx((1.4 * factor, 4.6 * factor))
     assert figure.axes[-1].get_xlabel() == "time / s"
+    plt.close(figure)
     assert all(case in CASES for case in FIGURE_CASES)
+
+
+@pytest.mark.parametrize("case", ["writing-30", "no-spin-30", "gesture-30"])
+def test_titles_of_a_single_case_are_within_the_figure(case: str) -> None:
+    runs = {(case, "ekf"): [made_up_run(1.0)] * 1000}
+    figure = bad_starts_figure(runs, [case], ["ekf"])
+    figure.draw_without_rendering()
+    titles = [
+        text
+        for text in figure.findobj(Text)
+        if "1000 runs" in text.get_text() or "told: " in text.get_text()
+    ]
+    assert len(titles) == 2
+    for text in titles:
+        extent = text.get_window_extent()
+        assert extent.x0 >= 0, text
+        assert extent.x1 <= figure.bbox.x1, text
+    plt.close(figure)
