@@ -5,7 +5,6 @@ the same attitude, and the one with |σ| ≤ 1 is kept (the other is its shadow)
 
     σ₁ ⊗ σ₂ = ((1 - s₁) σ₂ + (1 - s₂) σ₁ + 2 σ₁ × σ₂) / (1 + s₁ s₂ - 2 σ₁·σ₂),   s = σ·σ
     R(σ) = I + (4 (1 - s) [σ]× + 8 [σ]×²) / (1 + s)²
-    σ̇ = ¼ ((1 - s) ω + 2 σ × ω + 2 σ (σ·ω)),   ω in the body
 
 Small turns: Exp(δ) turns by a rotation vector; a tangent vector d is the attitude d/4, which is
 the same to second order, and rational.
@@ -88,13 +87,6 @@ def retract(sigma: ca.SX, d: ca.SX) -> ca.SX:
 def difference(to: ca.SX, of: ca.SX) -> ca.SX:
     """Return the tangent vector from one attitude to another."""
     return tangent(of, product(to, -of))
-
-
-def rate(sigma: ca.SX, body_rate: ca.SX) -> ca.SX:
-    """Return σ̇ of a body rate (rad/s)."""
-    s = ca.sumsqr(sigma)
-    turned = (1 - s) * body_rate + 2 * ca.cross(sigma, body_rate)
-    return (turned + 2 * sigma * ca.dot(sigma, body_rate)) / 4
 
 
 def quaternion(sigma: ca.SX) -> ca.SX:

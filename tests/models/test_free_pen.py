@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from models import attitude, free_pen
+from models import free_pen
 from models.arrays import Array
 from models.chains import bounded_velocity, white_jerk
 from models.free_pen import ALPHA, N_FREE, OMEGA, SIGMA, TIP, A, FreeBody, V
+from tests.references.rodrigues_rate import rate
 
 RNG = np.random.default_rng(16)
 STATES = [*RNG.normal(size=(8, N_FREE)), np.zeros(N_FREE)]
@@ -68,7 +69,7 @@ def test_specific_force_is_what_the_derivation_along_the_state_gives(state: Arra
     """d/dt = Σ ∂/∂c · ċ with c = (p, σ, v, ω), as for every other body."""
     body, mounting = FreeBody(x), ca.SX([0.01, -0.02, 0.15])
     c = ca.vertcat(x[TIP], x[SIGMA], x[V], x[OMEGA])
-    c_dot = ca.vertcat(x[V], attitude.rate(x[SIGMA], x[OMEGA]), x[A], x[ALPHA])
+    c_dot = ca.vertcat(x[V], rate(x[SIGMA], x[OMEGA]), x[A], x[ALPHA])
 
     def derivative(expression: ca.SX) -> ca.SX:
         return ca.jtimes(expression, c, c_dot)
