@@ -12,8 +12,9 @@ import typer
 from benchmark.console import console, progress
 from benchmark.runner.interrupts import not_swallowed
 from commands.option_groups import fields_group, grouped
-from commands.options import PenOption, RestOption, SensorsOption, WritingAreaOption, names
+from commands.options import RestOption, names
 from commands.options import units as read_units
+from commands.recording_options import RecordingOptions
 from commands.sentences import one_sentence
 from commands.setting_options import check_options, settings_group
 from models.errors import InputError
@@ -29,18 +30,10 @@ DEFAULT = EstimatorName(DEFAULT_ESTIMATOR)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Source:
-    """A recording and the pen that wrote it."""
+class Source(RecordingOptions):
+    """A recording, the pen that wrote it, and whether rest is a reading."""
 
-    recording: Annotated[Path, typer.Argument(help="A D-POINT folder, or a .csv or .parquet file.")]
-    pen: PenOption
-    sensors: SensorsOption = None
-    writing_area: WritingAreaOption = True
     rest: RestOption = True
-    units: Annotated[
-        str | None,
-        typer.Option(help="Units of a table's columns, e.g. accel=g,gyro=deg_s; SI by default."),
-    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,8 +15,9 @@ from rich.console import Console
 from benchmark.console import console, print_table
 from benchmark.runner.interrupts import not_swallowed
 from commands.option_groups import fields_group, grouped
-from commands.options import PenOption, SensorsOption, WritingAreaOption, names
+from commands.options import names
 from commands.options import units as read_units
+from commands.recording_options import RecordingOptions
 from commands.sentences import one_sentence
 from models.bundled import bundled_pens
 from models.errors import InputError
@@ -34,18 +35,10 @@ SUFFIX = ".toml"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tuned:
+class Tuned(RecordingOptions):
     """A recording and the pen whose numbers are fitted to it."""
 
-    recording: Annotated[Path, typer.Argument(help="A D-POINT folder, or a .csv or .parquet file.")]
-    pen: PenOption
     output: Annotated[Path, typer.Option(help="Pen file to write, .toml.")]
-    sensors: SensorsOption = None
-    writing_area: WritingAreaOption = True
-    units: Annotated[
-        str | None,
-        typer.Option(help="Units of a table's columns, e.g. accel=g,gyro=deg_s; SI by default."),
-    ] = None
 
 
 @grouped(tuned=fields_group(Tuned))
