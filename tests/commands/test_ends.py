@@ -115,7 +115,12 @@ def test_ctrl_c_reaches_a_command_that_works(tmp_path: Path) -> None:
     command = [sys.executable, "-c", code, "observe", "--duration", "500"]
     for delay_s in (0.0, 0.1, 2.0):
         with subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=tmp_path,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # also behind "&"
         ) as process:
             assert process.stdout is not None
             assert process.stdout.readline() == "ready\n"

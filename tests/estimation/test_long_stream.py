@@ -79,7 +79,7 @@ needs_statm = pytest.mark.skipif(not STATM.exists(), reason="no /proc/self/statm
 
 
 @needs_statm
-@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.parametrize("name", ["ekf", pytest.param("mhe-rti", marks=pytest.mark.slow)])
 def test_twenty_thousand_samples(name: str) -> None:
     follow(name, 2)
 

@@ -105,7 +105,7 @@ def test_an_accelerometer_does_not_hold_the_tip(name: str, degrees_of_freedom: i
     assert out_of_reach(history)[first:].all()
 
 
-@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+@pytest.mark.parametrize("degrees_of_freedom", [pytest.param(5, marks=pytest.mark.slow), 6])
 @pytest.mark.parametrize("inertial", INERTIAL)
 def test_the_writing_area_holds_the_tip(degrees_of_freedom: int, inertial: str) -> None:
     """For a minute, with the default process noise, livelier than a pen's."""

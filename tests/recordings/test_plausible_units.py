@@ -193,7 +193,9 @@ def test_the_real_pen(dpoint_folder: Path) -> None:
         check_units(Recording("part", recording.time_s[part], readings), pen)
 
 
-@pytest.mark.parametrize("unit", range(8))
+@pytest.mark.parametrize(
+    "unit", [0, 1, *(pytest.param(k, marks=pytest.mark.slow) for k in range(2, 8))]
+)
 def test_a_shaken_array(data_folder: Path, unit: int) -> None:
     """Still poses, turns by hand, then shaking at up to 4000 deg/s; also the shaking alone."""
     path = data_folder / "isa_imu_array" / "exp_1_raw_int16.npz"
