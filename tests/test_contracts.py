@@ -30,8 +30,8 @@ from tests.contracts import check_failures, check_history, check_inputs_unchange
 DURATION_S = 0.25
 MODELS = contract_models()
 QUICK = {"horizon": 5}
-REFERENCES = ("mhe-ipopt", "mhe-sparse")
-"""What takes any model as the other estimators do, and takes longer."""
+ITERATED = ("mhe-ipopt", "mhe-sparse", "mhe")
+"""What takes any model as one pass and the filter do, and takes longer."""
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -85,13 +85,13 @@ def test_every_estimator_is_in_the_registry(room: str) -> None:
 
 
 def pairs() -> list[Any]:
-    """Model and estimator; of the slow references, on pens, one body and one sensor each."""
+    """Model and estimator; of what iterates, on pens, each body and each sensor once."""
     quick = {"pen6 accel+gyro+camera", "pen5 accel", "pen5 gyro", "pen5 accel+gyro+contact"}
     return [
         pytest.param(name, estimator, marks=pytest.mark.slow if is_slow else ())
         for name in MODELS
         for estimator in ESTIMATORS
-        for is_slow in [estimator in REFERENCES and name.startswith("pen") and name not in quick]
+        for is_slow in [estimator in ITERATED and name.startswith("pen") and name not in quick]
     ]
 
 

@@ -6,22 +6,21 @@ from pathlib import Path
 
 import pytest
 
-from benchmark.configurations import contract_models
 from models.paper import Paper
 from models.pen import pen_model
+from tests.codegen.configurations import MODELS, of_a_kind
 from tests.codegen.exports import made
 from tests.codegen.toolchains import HOST, TOOLCHAINS, Toolchain, compile_strictly
 from tests.engines import needs_compiler
 from tests.estimation import pens
 from tests.mhe import pendulum
 
-MODELS = contract_models()
 CHECK = ("-fsyntax-only",)
 """All warnings that need no optimiser, in a tenth of the time."""
 
 
 @needs_compiler
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", of_a_kind())
 def test_windows_in_single_precision(model: str, tmp_path: Path) -> None:
     """The filter of every model is compiled, and run, in test_every_configuration_runs.py."""
     compile_strictly(HOST, made("mhe-rti", MODELS[model], "float"), tmp_path, CHECK)

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmark.configurations import contract_models
 from estimation.recording import Measurement, Recording
 from models.state_space import StateSpaceModel
 from tests.closeness import covariance_error, mean_error
+from tests.codegen.configurations import MODELS, of_a_kind
 from tests.codegen.exports import exported, interpreted, told
 from tests.engines import needs_compiler
 
 pytestmark = needs_compiler
 
-MODELS = contract_models()
 TOLERANCE_STD = 0.01
 """Two accelerometers alone come to a quarter of it: what they tell of an attitude is a small
 difference of large specific forces."""
@@ -39,7 +38,7 @@ def compare(name: str, model: StateSpaceModel, n: int) -> None:
         assert a.status is b.status
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", of_a_kind())
 def test_ekf(model: str) -> None:
     compare("ekf", MODELS[model], 12)
 

@@ -39,6 +39,7 @@ def solve(
     return SequentialQp(model, config).solve_window(model.prior, window, guess)
 
 
+@pytest.mark.slow
 def test_a_pen_above_its_desk_and_beside_a_wall() -> None:
     """SciPy's SLSQP, with its active set made exact, finds the same."""
     run = pens.draw_pen_run(N_STAGES, seed=0)

@@ -104,7 +104,7 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path: Path, jobs: int) -> None:
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
-@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("jobs", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_an_interrupted_run_ends_at_once_and_goes_on(tmp_path: Path, jobs: int) -> None:
     output, notes = tmp_path / "interrupted", tmp_path / "notes"
     first = start(output, notes, jobs)
