@@ -148,10 +148,10 @@ def test_the_path_begins_where_errors_are_judged(results: Results) -> None:
     ("column", "value"),
     [
         ("quantity", "tilts"),
-        ("quantity", "tip_y"),
+        pytest.param("quantity", "tip_y", marks=pytest.mark.slow),
         ("case", REFERENCE),
-        ("case", SPIN_IGNORED),
-        ("case", WITHOUT_SPIN),
+        pytest.param("case", SPIN_IGNORED, marks=pytest.mark.slow),
+        pytest.param("case", WITHOUT_SPIN, marks=pytest.mark.slow),
         ("sensors", "accel+gyro"),
     ],
 )

@@ -31,7 +31,7 @@ def test_the_suite_writes_rows_problems_and_figures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     problems = [find_problem("turntable_20"), find_problem("turntable_20_bounded")]
-    few = partial(run_speed, problems=problems, windows=3, stream=StreamPlan(2, 1, 1))
+    few = partial(run_speed, problems=problems, windows=1, stream=StreamPlan(2, 1, 1))
     monkeypatch.setattr(study, "run_speed", few)
     output = tmp_path / "made" / "speed"
     result = call("benchmark", "speed", "--output", str(output))
@@ -47,7 +47,7 @@ def test_the_suite_writes_rows_problems_and_figures(
     ]
     rows = json.loads((output / "speed.json").read_text("utf-8"))
     windows = [row for row in rows if row["problem"] == "turntable"]
-    assert {row["windows"] for row in windows} == {3}
+    assert {row["windows"] for row in windows} == {1}
     for bounds in (False, True):
         ran = {row["contender"] for row in windows if row["bounds"] == bounds}
         assert {"mhe-rti", "mhe", "ipopt", "osqp"} <= ran

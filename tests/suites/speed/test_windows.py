@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,7 +29,19 @@ BOUNDED = tuple(replace(problem, bounded=True) for problem in FREE)
 CASES = (*FREE, *BOUNDED)
 
 
-@pytest.fixture(scope="module", params=CASES, ids=lambda problem: problem.key)
+def marked(problems: Sequence[Problem]) -> list[Any]:
+    """Cases of a test; pen24 with bounds is slow, as it is in the race."""
+    return [
+        pytest.param(
+            problem,
+            marks=pytest.mark.slow if problem.key == "pen24_8_bounded" else (),
+            id=problem.key,
+        )
+        for problem in problems
+    ]
+
+
+@pytest.fixture(scope="module", params=marked(CASES))
 def case(request: pytest.FixtureRequest) -> tuple[Problem, list[SolvedWindow]]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("estimation.native.compiler", lambda: None)
@@ -231,7 +245,7 @@ def test_no_direction_leads_below_the_optimum(problem: Problem, interpreted: Non
         assert abs(up - down) < 0.02 * (up + down)
 
 
-@pytest.mark.parametrize("problem", BOUNDED, ids=lambda problem: problem.key)
+@pytest.mark.parametrize("problem", marked(BOUNDED))
 def test_a_step_below_a_bounded_optimum_leaves_the_bounds(
     problem: Problem, interpreted: None
 ) -> None:
