@@ -56,7 +56,7 @@ def check_many(runs: ConsistencyRuns) -> None:
 
     The sample's own error of the NEES is smaller, as a run says more than one instant of it: by
     that one a free pen's means are too large, by 3 to 4 % (no reset of a covariance after an
-    update is exact). Covariances that are 6 % off would not pass `MANY` runs, 11 % off not `RUNS`.
+    update is exact). Covariances 6 % too small would not pass `MANY` runs, 11 % not `RUNS`.
     """
     n = len(runs.nees)
     nees_error, nis_error = (
