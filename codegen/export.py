@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 from codegen.estimate_fields import offsets
 from codegen.exportable import Exportable
@@ -13,12 +11,21 @@ from codegen.header import header, title
 from codegen.interface import interface
 from codegen.names import check_prefix
 from codegen.number_format import PRECISIONS, Precision
+from codegen.roots import in_roots
 from codegen.structures import StaticC
 from codegen.template import filled
-from estimation.loop import GENERATED, STAGES, Loop, engine_sources, loop_constants, model_fields
+from estimation.loop import (
+    GENERATED,
+    STAGES,
+    Loop,
+    engine_sources,
+    loop_constants,
+    model_fields,
+    stage_sizes,
+)
 from estimation.result import result_layout
-from estimation.root_stage import in_roots, root
 from models.names import unknown
+from models.state_space import StateSpaceModel
 
 FORMS = {"double": "covariance", "float": "root"}
 """Precision → form of the Kalman stage: covariances do not last in single precision."""
@@ -80,19 +87,14 @@ def export_texts(
         raise unknown("form", form, STAGES)
     precision, form = PRECISIONS[real], form or FORMS[real]
     model, loop, start = exported.model, exported.loop, exported.start.copy()
-    more: dict[str, Any] = {}
     if form == "root":
-        loop, more = in_roots(model, loop)
-        for block in loop.memory.shapes:
-            if block.endswith("covariance"):
-                view = loop.memory.view(start, block)
-                view[...] = root(view)
+        loop, start = in_roots(model, loop, start)
     functions = [function for group in loop.functions for function in group]
     parts = [
         *prototypes(functions, prefix),
         "",
-        *_constants(loop, precision),
-        *_loop(replace(exported, loop=loop), more, form, prefix, precision),
+        *_constants(model, loop, precision),
+        *_loop(replace(exported, loop=loop), form, prefix, precision),
         interface(replace(exported, loop=loop), start, prefix, precision),
     ]
     front = filled(
@@ -114,31 +116,37 @@ def export_texts(
     )
 
 
-def _loop(
-    exported: Exportable, more: Mapping[str, Any], form: str, prefix: str, precision: Precision
-) -> list[str]:
+def _loop(exported: Exportable, form: str, prefix: str, precision: Precision) -> list[str]:
     """Return structures, the loop's own sources, and its structure's value."""
     loop, model = exported.loop, exported.model
     fields = {
-        "model": {**model_fields(model), **more},
+        "model": model_fields(model, loop, form=form),
         "memory": loop.memory,
         "result": offsets(result_layout(model)),
         **loop.fields,
     }
-    static, kind = StaticC(precision, prefix), loop.entry.capitalize()
+    functions = {f.name(): (f.n_in(), f.n_out()) for group in loop.functions for f in group}
+    static, kind = StaticC(precision, prefix, functions), loop.entry.capitalize()
     value = static.structure(kind, fields, loop.entry)
     return [
         *static.types,
-        *engine_sources(loop, form),
+        *engine_sources(loop, STAGES[form]),
         *static.arrays,
         f"static const {kind} self = {value};",
     ]
 
 
-def _constants(loop: Loop, precision: Precision) -> list[str]:
+def _constants(model: StateSpaceModel, loop: Loop, precision: Precision) -> list[str]:
     """Return the macros of a loop, real numbers in the precision."""
+    return [
+        *(f"#define {name} {value}" for name, value in stage_sizes(model).items()),
+        *_numbers(loop, precision),
+    ]
+
+
+def _numbers(loop: Loop, precision: Precision) -> list[str]:
     return [
         f"#define {name} "
         + (precision.number(value) if isinstance(value, float) else str(int(value)))
-        for name, value in loop_constants(loop).items()
+        for name, value in loop_constants(loop, precision.dtype).items()
     ]

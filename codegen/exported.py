@@ -13,7 +13,7 @@ from codegen.constant_readings import measured_columns
 from codegen.estimate_fields import estimate_fields, estimate_structure
 from codegen.export import Export
 from estimation.estimate import Estimate
-from estimation.native import shared_libraries
+from estimation.native import CSource, shared_libraries
 from estimation.recording import Measurement
 from estimation.result import ResultReader, result_layout
 from models.arrays import Array
@@ -111,7 +111,7 @@ class Exported:
 
 def build(exports: Sequence[Export]) -> list[Any]:
     """Compile exports to shared libraries, each of one file, with a clock."""
-    return shared_libraries([single_file(export) for export in exports], FLAGS)
+    return shared_libraries([CSource(single_file(export), FLAGS) for export in exports])
 
 
 def single_file(export: Export) -> str:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from codegen.number_format import Precision
 from estimation.layout import Layout
+from estimation.loop import NO_FUNCTION, Pointers
 
 LINE = 96
 
@@ -24,12 +25,14 @@ class StaticC:
     ----------
     precision : of real numbers
     prefix : of the generated functions' names
+    functions : their names → numbers of arguments and results
     types : declarations of structures, inner ones first
     arrays : static arrays that the structures point to
     """
 
     precision: Precision
     prefix: str
+    functions: Mapping[str, tuple[int, int]]
     types: list[str] = field(default_factory=list)
     arrays: list[str] = field(default_factory=list)
 
@@ -52,7 +55,7 @@ class StaticC:
             case None:
                 return "real *", "0"
             case str():
-                return "generated", f"{self.prefix}_{value}"
+                return "Function", self._function(value)
             case bool() | int() | np.integer():
                 return "integer", str(int(value))
             case float():
@@ -61,6 +64,10 @@ class StaticC:
                 if value.value:
                     raise ValueError(f"{name} is an address of this process, expected none")
                 return "generated", "0"
+            case Pointers():
+                c_type = "const real *" if value.constant else "real *"
+                self.arrays.append(f"static {c_type}{path}_{name}[{value.size}];")
+                return f"{c_type}*", f"{path}_{name}"
             case np.ndarray():
                 return self._array(value, f"{path}_{name}")
             case Layout():
@@ -70,6 +77,13 @@ class StaticC:
                 kind = name.capitalize()
                 return kind, self.structure(kind, value, f"{path}_{name}")
         raise TypeError(f"{name}: {type(value).__name__} has no C form")
+
+    def _function(self, name: str) -> str:
+        """Return the initialiser of a generated function; its numbers stand in its own code."""
+        if name == NO_FUNCTION:
+            return "{0, 0, 0, 0}"
+        n_arguments, n_results = self.functions[name]
+        return f"{{{self.prefix}_{name}, 0, {n_arguments}, {n_results}}}"
 
     def _array(self, value: NDArray[Any], name: str) -> tuple[str, str]:
         """Return the pointer to an array: workspace where it is all zeros, else a table."""

@@ -10,17 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from ekf_baseline.interpreted import FIRST, InterpretedFilter
-from estimation import native
 from estimation.collect import Batches
-from estimation.engine import CompiledEngine, Loop
+from estimation.engine import CompiledEngine, Loop, chosen
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import first_state
-from estimation.kalman_stage import difference_function, stage_functions
+from estimation.kalman_stage import difference_function
 from estimation.layout import Layout
+from estimation.linearisation import loop_functions
 from estimation.recording import Measurement
 from estimation.rest import rest_blocks, rest_constants, rest_fields
-from estimation.result import Engine, ResultReader
+from estimation.result import ResultReader
 from estimation.settings import checked_config
+from estimation.stored import restored, store, stride
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
@@ -86,10 +87,9 @@ class Ekf:
     def __init__(self, model: StateSpaceModel, config: EkfConfig | None = None) -> None:
         self.model = model
         self.config = checked_config(self.name, config, EkfConfig)
-        self._engine: Engine = (
-            InterpretedFilter(model, filter_memory(model), _gate(model, self.config))
-            if native.compiler() is None
-            else CompiledEngine(model, filter_loop(model, self.config))
+        self._engine = chosen(
+            lambda: CompiledEngine(model, filter_loop(model, self.config)),
+            lambda: InterpretedFilter(model, filter_memory(model), _gate(model, self.config)),
         )
         self._reader = ResultReader(model)
         self._batches = Batches(self.name, self._reader, self._engine.memory, self._engine.batch)
@@ -131,18 +131,18 @@ class Ekf:
         return self._unpack(memory), history
 
     def _unpack(self, memory: Array) -> EkfState:
-        n_x = self.model.n_x
-        end = 1 + n_x + n_x * n_x
+        n_x, row = self.model.n_x, stride(self.model.n_x)
+        end = 1 + n_x + row * row
         seen = end + len(self.model.sensors)
-        gaussian = GaussianState(memory[1 : n_x + 1], memory[n_x + 1 : end].reshape(n_x, n_x))
+        gaussian = restored(memory[1 : n_x + 1], memory[n_x + 1 : end].reshape(row, row))
         time_s = None if math.isnan(memory.item(0)) else memory.item(0)
         return EkfState(time_s, gaussian, memory[end:seen], memory[seen:])
 
 
 def filter_memory(model: StateSpaceModel) -> Layout:
     """Return the layout of the filter's state; ``time_s`` is NaN before the first measurement."""
-    n_x = model.n_x
-    state = {"time_s": (), "mean": (n_x,), "covariance": (n_x, n_x), "seen": (len(model.sensors),)}
+    n_x, row = model.n_x, stride(model.n_x)
+    state = {"time_s": (), "mean": (n_x,), "covariance": (row, row), "seen": (len(model.sensors),)}
     return Layout("Memory", {**state, **rest_blocks(model)})
 
 
@@ -155,13 +155,13 @@ def first_filter(model: StateSpaceModel, prior: GaussianState | None) -> EkfStat
 
 def packed_state(state: EkfState) -> Array:
     """Return a state as one flat array; see `filter_memory`."""
-    n_x = len(state.gaussian.mean)
-    end = 1 + n_x + n_x * n_x
+    n_x, row = len(state.gaussian.mean), stride(len(state.gaussian.mean))
+    end = 1 + n_x + row * row
     seen = end + len(state.seen)
     memory = np.empty(seen + len(state.rest))
     memory[0] = np.nan if state.time_s is None else state.time_s
     memory[1 : n_x + 1] = state.gaussian.mean
-    memory[n_x + 1 : end] = state.gaussian.covariance.ravel()
+    store(state.gaussian, memory[n_x + 1 : end].reshape(row, row))
     memory[end:seen], memory[seen:] = state.seen, state.rest
     return memory
 
@@ -179,12 +179,13 @@ def _gate(model: StateSpaceModel, config: EkfConfig) -> Array | None:
 def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
     """Return the filter's loop, ekf_baseline/filter.c, for a model."""
     n_x, n_w, n_y, n_r = model.n_x, model.n_w, model.n_y, model.n_r
-    predict, update, *small = [*stage_functions(model), difference_function(model)]
+    row = stride(n_x)
+    transition, readings, *small = [*loop_functions(model), difference_function(model)]
     return Loop(
         sources=[Path(__file__).with_name("filter.c")],
         entry="filter",
         memory=filter_memory(model),
-        functions=[[predict], [update], small],
+        functions=[[transition, readings, *small]],
         fields={
             "gate": _gate(model, config),
             "no_deviation": np.zeros(n_x),
@@ -195,7 +196,7 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
             "clean": np.zeros(n_y),
             "difference": "difference",
             **{name: np.zeros(n_x) for name in ("x_minus", "x_next", "d_minus", "d_plus")},
-            "P_minus": np.zeros((n_x, n_x)),
+            "P_minus": np.zeros((row, row)),
             "v": np.zeros(n_r),
             "S": np.zeros((n_r, n_r)),
             "L": np.zeros((n_r, n_r)),

@@ -66,7 +66,7 @@ static integer settle(const Filter *f, real *mean, real *covariance)
     integer updates = 1;
     for (; updates < FIRST_UPDATES; updates++) {
         real largest = 0;
-        f->difference(away, from_prior, 0, 0, 0);
+        call(m, &f->difference, away, from_prior);
         for (integer i = 0; i < n_x; i++) f->d_minus[i] = -f->d_minus[i];
         update(m, f->d_minus, f->P_minus, mean, f->clean, f->used, moved);
         if (!all_finite(f->d_plus, n_x)) break;
@@ -116,10 +116,11 @@ void filter_step(void *self, const real *given, real *memory, real time, const r
     }
     retract(m, f->x_minus, f->d_plus, mean);
     if (is_first(f, given, memory)) updates = settle(f, mean, covariance);
-    if (!(all_finite(mean, n_x) && all_finite(covariance, n_x * n_x))) {
-        status |= STATUS_NOT_FINITE;
-        copy(mean, f->x_minus, n_x);
-        copy(covariance, f->P_minus, n_x * n_x);
+    if (!(all_finite(mean, n_x) && is_covariance(m, covariance))) {
+        const int predicts = all_finite(f->x_minus, n_x) && is_covariance(m, f->P_minus);
+        status |= STATUS_NOT_FINITE; /* the last rung: the last estimate stays */
+        copy(mean, predicts ? f->x_minus : given + at->mean, n_x);
+        copy(covariance, predicts ? f->P_minus : given + at->covariance, m->n_P);
         copy(memory + at->seen, given + at->seen, m->n_sensors);
     }
     memory[at->time_s] = time;

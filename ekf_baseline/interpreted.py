@@ -16,6 +16,7 @@ from estimation.outputs import derived_outputs
 from estimation.rest_detector import RestDetector
 from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
+from estimation.stored import restored, store
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -46,7 +47,7 @@ class InterpretedFilter:
         start, model, at = time.perf_counter(), self._model, self.memory
         _, y = checked_input(at, model.n_y, given, np.asarray(time_s), y)
         before = float(at.view(given, "time_s"))
-        state = GaussianState(at.view(given, "mean"), at.view(given, "covariance"))
+        state = restored(at.view(given, "mean"), at.view(given, "covariance"))
         if time_s < before:
             return given.copy(), report(
                 self.result, self._derived, before, state, None, Status.LATE, 0
@@ -62,15 +63,16 @@ class InterpretedFilter:
         seen, updates, gaussian = self._seen(given, update), 1, update.state
         if (seen != at.view(given, "seen")).any():
             gaussian, updates = self._settled(predicted, y, update)
-        if not (np.isfinite(gaussian.mean).all() and np.isfinite(gaussian.covariance).all()):
+        if not _is_finite(gaussian):
             status |= Status.NOT_FINITE
-            gaussian, seen = predicted, at.view(given, "seen")
-        status |= remarks(model, gaussian, y, update.present)
+            gaussian = predicted if _is_finite(predicted) else state  # the last rung
+            seen = at.view(given, "seen")
+        status |= remarks(model, gaussian, y, update.present) | self._stage.remark()
         result = report(self.result, self._derived, time_s, gaussian, first, status, updates)
         memory = np.empty(at.size)
         at.view(memory, "time_s")[...] = time_s
         at.view(memory, "mean")[:] = gaussian.mean
-        at.view(memory, "covariance")[:] = gaussian.covariance
+        store(gaussian, at.view(memory, "covariance"))
         at.view(memory, "seen")[:] = seen
         self._rest.part(at, memory)[:] = rest
         self.result.view(result, "step_time_s")[...] = time.perf_counter() - start
@@ -119,3 +121,7 @@ class InterpretedFilter:
             v, S = update.innovation[rows], update.innovation_covariance[np.ix_(rows, rows)]
             rejected[rows] = v @ np.linalg.solve(S, v) > self._gate[len(rows)]
         return rejected
+
+
+def _is_finite(gaussian: GaussianState) -> bool:
+    return bool(np.isfinite(gaussian.mean).all() and np.isfinite(gaussian.covariance).all())

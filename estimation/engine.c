@@ -2,9 +2,6 @@
  * structures Model and Result and the STATUS_* bits are declared in front of this file; a
  * form of the Kalman stage (estimation/covariance_stage.c or root_stage.c) stands behind it. */
 
-#include <math.h>
-#include <string.h>
-
 typedef void (*step_function)(void *self, const real *given, real *memory, real time,
                               const real *y, real *result);
 
@@ -32,18 +29,6 @@ static inline double seconds(void) { return 0; }
 static inline real variance(const Model *m, const real *P, integer i);
 static void covariance_of(const Model *m, const real *P, real *covariance);
 
-static inline void copy(real *to, const real *from, integer n)
-{
-    memcpy(to, from, (size_t)n * sizeof(real));
-}
-
-static inline real dot(const real *a, const real *b, integer n)
-{
-    real sum = 0;
-    for (integer i = 0; i < n; i++) sum += a[i] * b[i];
-    return sum;
-}
-
 static inline int all_finite(const real *a, integer n)
 {
     for (integer i = 0; i < n; i++)
@@ -51,11 +36,19 @@ static inline int all_finite(const real *a, integer n)
     return 1;
 }
 
+/* Whether what an array P_ holds is a covariance in numbers. */
+static inline int is_covariance(const Model *m, const real *P)
+{
+    for (integer i = 0; i < m->n_x; i++)
+        if (!isfinite(variance(m, P, i))) return 0;
+    return all_finite(P, m->n_P);
+}
+
 static void retract(const Model *m, const real *x, const real *delta, real *moved)
 {
     const real *arguments[] = {x, delta};
     real *results[] = {moved};
-    m->retract(arguments, results, 0, 0, 0);
+    call(m, &m->retract, arguments, results);
 }
 
 /* Which rows have all readings they need, and readings with zero where there is none. */
@@ -74,7 +67,7 @@ static void mark_present(const Model *m, const real *y, real *present, real *cle
 static integer remarks(const Model *m, const real *mean, const real *P, const real *y,
                        const real *used)
 {
-    integer status = STATUS_NO_READING;
+    integer status = STATUS_NO_READING, digits = *m->lost != 0 ? STATUS_DIGITS_LOST : 0;
     for (integer row = 0; row < m->n_r; row++)
         if (used[row] != 0 && m->measured_rows[row]) status = 0;
     for (integer i = 0; i < m->n_y; i++) {
@@ -84,21 +77,22 @@ static integer remarks(const Model *m, const real *mean, const real *P, const re
     real margin = 0;
     const real *arguments[] = {mean};
     real *results[] = {&margin};
-    m->regularity(arguments, results, 0, 0, 0);
+    call(m, &m->regularity, arguments, results);
     if (fabs(margin) < m->regularity_limit) status |= STATUS_NEAR_SINGULAR;
     for (integer i = 0; m->reach && i < m->n_x; i++)
         if (variance(m, P, i) > m->reach[i] * m->reach[i])
             status |= STATUS_OUT_OF_REACH;
-    return status;
+    *m->lost = 0;
+    return status | digits;
 }
 
 /* Outputs that are not states, with their standard deviations, of a result's mean. */
 static void derive(const Model *m, const Result *r, real *result)
 {
-    if (!m->derived) return;
+    if (!m->derived.evaluate) return;
     const real *arguments[] = {result + r->mean, result + r->covariance};
     real *results[] = {result + r->derived, result + r->derived_std};
-    m->derived(arguments, results, 0, 0, 0);
+    call(m, &m->derived, arguments, results);
 }
 
 static void report(const Model *m, const Result *r, real *result, real time,

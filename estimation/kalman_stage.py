@@ -23,19 +23,18 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from estimation import in_order
 from estimation.function_call import FunctionCall
-from estimation.native import compiled
 from estimation.outputs import derived_outputs
+from estimation.square_roots import LOST, kept, predicted_root, root_of, updated_root
+from estimation.status import Status
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 
 def _symmetric(matrix: ca.SX) -> ca.SX:
-    """Mirror the lower triangle: half the work, symmetric to the last bit.
-
-    Of a covariance that is given, too, only the lower triangle is read.
-    """
+    """Mirror the lower triangle: half the work, symmetric to the last bit."""
     return ca.tril2symm(ca.tril(matrix))
 
 
@@ -50,14 +49,11 @@ def predict_function(model: StateSpaceModel) -> ca.Function:
     w_lin, dt = ca.SX.sym("w_lin", n_w), ca.SX.sym("dt")
     P_plus, noise_scale = ca.SX.sym("P_plus", n_x, n_x), ca.SX.sym("noise_scale", n_w)
 
-    reached = model.f(x_lin, w_lin, dt)
-    out = difference_jacobian(model, reached)
-    F = out @ ca.jacobian(reached, x_lin) @ retract_jacobian(model, x_lin)
-    G = out @ ca.jacobian(reached, w_lin)
-
-    d_minus = F @ d_plus - G @ w_lin
+    reached, F, G = step_derivatives(model, x_lin, w_lin, dt)
+    d_minus = in_order.less(in_order.product(F, d_plus), G, w_lin)
     GD = G @ ca.diag(noise_scale)
-    P_minus = _symmetric(F @ _symmetric(P_plus) @ F.T + GD @ GD.T)
+    half = in_order.product(F, _symmetric(P_plus))
+    P_minus = in_order.product(F, half.T, more=_symmetric(GD @ GD.T))
     return ca.Function(
         "predict",
         [d_plus, P_plus, x_lin, w_lin, dt, noise_scale],
@@ -66,6 +62,21 @@ def predict_function(model: StateSpaceModel) -> ca.Function:
         ["reached", "d_minus", "P_minus", "F", "G"],
         {"cse": True},
     )
+
+
+def step_derivatives(
+    model: StateSpaceModel, x: ca.SX, w: ca.SX, dt: ca.SX
+) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Return f(x, w), F (n_x, n_x) and G (n_x, n_w) along the tangent spaces; sparse."""
+    reached = model.f(x, w, dt)
+    out = difference_jacobian(model, reached)
+    F = out @ ca.jacobian(reached, x) @ retract_jacobian(model, x)
+    return reached, F, out @ ca.jacobian(reached, w)
+
+
+def residual_derivative(model: StateSpaceModel, residual: ca.SX, x: ca.SX) -> ca.SX:
+    """Return H (n_r, n_x) of a residual at x, minus its derivative along the tangent space."""
+    return -(ca.jacobian(residual, x) @ retract_jacobian(model, x))
 
 
 def retract_jacobian(model: StateSpaceModel, x: ca.SX) -> ca.SX:
@@ -100,23 +111,21 @@ def update_function(model: StateSpaceModel) -> ca.Function:
     """
     n_x = model.n_x
     d_minus, x_lin = ca.SX.sym("d_minus", n_x), ca.SX.sym("x_lin", n_x)
-    P_given = ca.SX.sym("P_minus", n_x, n_x)
-    P_minus = _symmetric(P_given)
+    P_minus = ca.SX.sym("P_minus", n_x, n_x)
     y, present = ca.SX.sym("y", model.n_y), ca.SX.sym("present", model.n_r)
 
     residual = stacked_residual(model, y, x_lin)
-    H = -present * (ca.jacobian(residual, x_lin) @ retract_jacobian(model, x_lin))
-    v = present * residual - H @ d_minus
-    HP = H @ P_minus
-    S = _symmetric(HP @ H.T) + ca.diag(ca.DM(model.noise_std**2))
-    L = ca.chol(S).T
-    Wt = ca.solve(L, HP)
-    e = ca.solve(L, v)
-    d_plus = d_minus + Wt.T @ e
-    P_plus = _symmetric(P_minus - Wt.T @ Wt)
+    H = present * residual_derivative(model, residual, x_lin)
+    v = in_order.less(present * residual, H, d_minus)
+    L, Wt, e = in_order.whitened(H, P_minus, v, model.noise_std)
+    d_plus, P_plus, S = d_minus, P_minus, L @ L.T
+    for r in range(model.n_r):
+        d_plus = d_plus + Wt[r, :].T * e[r]
+        P_plus = P_plus - Wt[r, :].T @ Wt[r, :]
+    P_plus = _symmetric(P_plus)
     return ca.Function(
         "update",
-        [d_minus, P_given, x_lin, y, present],
+        [d_minus, P_minus, x_lin, y, present],
         [*(ca.densify(value) for value in (d_plus, P_plus, v, S, Wt.T, e)), H, L],
         ["d_minus", "P_minus", "x_lin", "y", "present"],
         ["d_plus", "P_plus", "v", "S", "W", "e", "H", "L"],
@@ -199,19 +208,27 @@ class Update:
 
 
 class KalmanStage:
-    """The stage's two functions on NumPy arrays, compiled where a C compiler is found.
+    """The stage's two functions on NumPy arrays, by CasADi's virtual machine.
+
+    Loops in C have a stage of their own (estimation/covariance_stage.c), which says the same to the
+    last bit.
 
     One instance belongs to one estimator: it owns work buffers.
+
+    Attributes
+    ----------
+    digits_lost : set by an update whose reading leaves fewer than two digits; whoever says it to
+        people takes it back
     """
 
     def __init__(self, model: StateSpaceModel) -> None:
         self.model = model
         self.functions = (predict_function(model), update_function(model))
-        self._predict, self._update = (FunctionCall(compiled(f)) for f in self.functions)
+        self._predict, self._update = (FunctionCall(f) for f in self.functions)
         self._retract = FunctionCall(retract_function(model))
         self._difference = FunctionCall(difference_function(model))
         self._no_noise, self._unit_noise = np.zeros(model.n_w), np.ones(model.n_w)
-        self._no_deviation = np.zeros(model.n_x)
+        self._no_deviation, self.digits_lost = np.zeros(model.n_x), False
 
     def predict(
         self,
@@ -241,14 +258,13 @@ class KalmanStage:
             dt,
             self._unit_noise if noise_scale is None else noise_scale,
         )
-        mean = self.retract(reached, d_minus)
-        return Prediction(
-            GaussianState(mean, P_minus.reshape(n_x, n_x)),
-            reached,
-            d_minus,
-            F.reshape(n_x, n_x),
-            G.reshape(n_x, -1),
-        )
+        F, G, P_minus = F.reshape(n_x, n_x), G.reshape(n_x, -1), P_minus.reshape(n_x, n_x)
+        predicted = GaussianState(self.retract(reached, d_minus), P_minus)
+        grows = np.diag(P_minus) > LOST * np.diag(state.covariance)
+        if state.root is not None or grows.any():
+            noise = G if noise_scale is None else G * noise_scale
+            predicted = kept(predicted.mean, predicted_root(root_of(state), F, noise))
+        return Prediction(predicted, reached, d_minus, F, G)
 
     def retract(self, x: Array, deviation: Array) -> Array:
         """Return x ⊞ δ (n_x,)."""
@@ -287,26 +303,35 @@ class KalmanStage:
         if present is None:
             present = rows_present(self.model, y)
         at = state.mean if x_lin is None else x_lin
-        d_plus, P_plus, v, S, W, e, H, L = self._update(
-            self._deviation(state.mean, x_lin) if deviation is None else deviation,
-            state.covariance,
-            at,
-            without_gaps(y),
-            present,
-        )
-        mean = self.retract(at, d_plus)
+        d_minus = self._deviation(state.mean, x_lin) if deviation is None else deviation
+        given = d_minus, state.covariance, at, without_gaps(y), present
+        d_plus, P_plus, v, S, W, e, H, L = self._update(*given)
         n_x, n_r = self.model.n_x, self.model.n_r
-        return Update(
-            GaussianState(mean, P_plus.reshape(n_x, n_x)),
-            d_plus,
-            v,
-            S.reshape(n_r, n_r),
-            W.reshape(n_x, n_r),
-            e,
-            H.reshape(n_r, n_x),
-            L.reshape(n_r, n_r),
-            present.astype(bool),
-        )
+        H, L = H.reshape(n_r, n_x), L.reshape(n_r, n_r)
+        S, W, P_plus = S.reshape(n_r, n_r), W.reshape(n_x, n_r), P_plus.reshape(n_x, n_x)
+        updated = GaussianState(self.retract(at, d_plus), P_plus)
+        there = np.asarray(present) != 0
+        squares = np.diag(L)[there] ** 2
+        falls = (squares > LOST * self.model.noise_std[there] ** 2) | np.isnan(squares)
+        overflows = np.isinf(squares).any() or not np.isfinite(H).all()
+        if not overflows and (state.root is not None or falls.any() or (np.diag(P_plus) < 0).any()):
+            root = updated_root(root_of(state), H, self.model.noise_std, there)
+            self.digits_lost |= root.digits_lost
+            W, L, S = root.W, root.L, root.L @ root.L.T
+            e, d_plus = v.copy(), np.array(d_minus, dtype=float)
+            for r in range(n_r):
+                e[r] /= L[r, r]
+                e[r + 1 :] -= L[r + 1 :, r] * e[r]
+                d_plus += W[:, r] * e[r]
+            updated = kept(self.retract(at, d_plus), root.S)
+        S[~there, :] = S[:, ~there] = 0
+        S[~there, ~there] = self.model.noise_std[~there] ** 2
+        return Update(updated, d_plus, v, S, W, e, H, L, there)
+
+    def remark(self) -> Status:
+        """Return whether an update since the last call has lost its digits."""
+        lost, self.digits_lost = self.digits_lost, False
+        return Status.DIGITS_LOST if lost else Status.SOLVED
 
     def output_matrix(self, x: Array, y: Array) -> Array:
         """Return H (n_r, n_x) of stacked readings at a state; rows without a reading are zero."""

@@ -14,7 +14,23 @@ from functools import cached_property
 
 from models.arrays import Array
 
+
+class ArgumentRoom(ctypes.c_void_p):
+    """Room for the pointers to a generated function's arguments."""
+
+
+class KernelAddress(ctypes.c_void_p):
+    """Address of a compiled stage's function."""
+
+
+class ResultRoom(ctypes.c_void_p):
+    """Room for the pointers to a generated function's results."""
+
+
 C_TYPES: Mapping[object, str] = {
+    ArgumentRoom: "const real **",
+    ResultRoom: "real **",
+    KernelAddress: "void *",
     ctypes.c_longlong: "integer",
     ctypes.c_double: "real",
     ctypes.c_void_p: "generated",

@@ -20,6 +20,7 @@ import tempfile
 import warnings
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -27,17 +28,26 @@ import casadi as ca
 
 FLAGS = (
     *("-O2", "-march=native", "-ffp-contract=off", "-fno-math-errno"),
-    *("-fno-semantic-interposition", "-fPIC", "-shared"),
+    *("-fno-semantic-interposition", "-fPIC", "-shared", "-fno-tree-slp-vectorize"),
     *("-fno-tree-pre", "-fno-code-hoisting", "-Wno-ignored-optimization-argument"),
 )
-"""No -ffast-math: it breaks NaN. No contraction, which would gain an eighth: machine code and
-CasADi's virtual machine then round alike, to the last bit. Without semantic interposition
+"""No -ffast-math: it breaks NaN. No contraction: machine code and CasADi's virtual machine then
+round alike, to the last bit, and it gains nothing that shows. No vectors of what stands side by
+side: gcc 12 contracts pairs of a sum and a difference there, whatever it is told. Without semantic interposition
 generated functions inline their own helpers, which saves a seventh. No search for partial
 redundancies: straight-line code has next to none, and looking for them is half of the compiler's
 time (clang does not know these two options, and is told not to mind)."""
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
 """For C written by hand."""
+
+
+LOOPS = ("-ftree-loop-vectorize", "-fvect-cost-model=dynamic")
+"""For plain loops over arrays of unknown length. -O3 would save two hundredths more of a pass and
+take twice as long to compile."""
+VECTORS = ("-O3", "-fno-tree-vectorize")
+"""For the Kalman stage, whose C is written in vectors: where the compiler looks for more of them it
+finds gathers, which are slower."""
 
 
 def cache_directory() -> Path:
@@ -92,6 +102,21 @@ def processor() -> str:
     return f"{platform.machine()} {platform.processor()}"
 
 
+@dataclass(frozen=True)
+class CSource:
+    """C99 of one shared library.
+
+    Parameters
+    ----------
+    flags : the compiler's options in addition to `FLAGS`
+    is_of_model : whether a model decides if it can be compiled
+    """
+
+    text: str
+    flags: tuple[str, ...] = ()
+    is_of_model: bool = False
+
+
 def compiled(function: ca.Function) -> ca.Function:
     """Return the function as machine code, or itself where there is no compiler.
 
@@ -106,22 +131,27 @@ def compiled(function: ca.Function) -> ca.Function:
     """
     if compiler() is None:
         return function
-    [library] = function_libraries([[function]])
+    [library] = shared_libraries([CSource(generated([function]))])
     return ca.external(function.name(), str(library))
 
 
-def function_libraries(groups: Sequence[Sequence[ca.Function]]) -> list[Path]:
-    """Return one shared library per group of functions; see `shared_libraries`."""
-    return shared_libraries([_generated(functions) for functions in groups])
+class NotCompilableError(RuntimeError):
+    """A generated function is no C that this machine can compile; the message says why."""
 
 
-def shared_libraries(sources: Sequence[str], flags: Sequence[str] = ()) -> list[Path]:
-    """Compile C sources to shared libraries side by side, or find them in the cache.
+def generated(functions: Sequence[ca.Function]) -> str:
+    """Return the C of functions."""
+    generator = ca.CodeGenerator("generated.c", {"with_header": False})
+    try:
+        for function in functions:
+            generator.add(function)
+        return generator.dump()
+    except RuntimeError as error:
+        raise NotCompilableError(f"CasADi writes no C: {error}") from None
 
-    Parameters
-    ----------
-    sources : C99, one library each
-    flags : in addition to `FLAGS`
+
+def shared_libraries(sources: Sequence[CSource]) -> list[Path]:
+    """Compile C to shared libraries side by side, or find them in the cache.
 
     Raises
     ------
@@ -131,14 +161,12 @@ def shared_libraries(sources: Sequence[str], flags: Sequence[str] = ()) -> list[
     gcc = compiler()
     if gcc is None:
         raise RuntimeError("no C compiler found (CC, gcc, cc)")
-    command = (gcc, *FLAGS, *flags)
-    told = "\0".join((*_identity(gcc), *command, processor()))
-    names = [hashlib.sha256(f"{told}\0{source}".encode()).hexdigest()[:24] for source in sources]
-    targets = [_place(f"{name}.so") for name in names]
-    missing = [(s, t) for s, t in zip(sources, targets, strict=True) if not t.exists()]
+    place = "\0".join((*_identity(gcc), processor()))
+    targets = [_place(f"{_key(place, gcc, source)}.so") for source in sources]
+    missing = {t: s for t, s in zip(targets, sources, strict=True) if not t.exists()}
     if missing:
         with _notice(), ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-            list(pool.map(lambda pair: _build(command, *pair), missing))
+            list(pool.map(lambda pair: _build(gcc, pair[1], pair[0]), missing.items()))
     return targets
 
 
@@ -148,23 +176,22 @@ def _place(name: str) -> Path:
     return cached if cached.exists() else _writable(cached.parent) / name
 
 
-def _build(command: Sequence[str], source: str, target: Path) -> None:
+def _key(place: str, gcc: str, source: CSource) -> str:
+    told = "\0".join((place, gcc, *FLAGS, *source.flags, source.text))
+    return hashlib.sha256(told.encode()).hexdigest()[:24]
+
+
+def _build(gcc: str, source: CSource, target: Path) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
         code, built = Path(scratch) / "generated.c", Path(scratch) / "built.so"
-        code.write_text(source)
-        arguments = [*command, str(code), "-o", str(built), "-lm"]
+        code.write_text(source.text)
+        arguments = [gcc, *FLAGS, *source.flags, str(code), "-o", str(built), "-lm"]
         result = subprocess.run(arguments, capture_output=True, text=True)
         if result.returncode != 0:
-            raise RuntimeError(f"{command[0]} could not compile C: {result.stderr.strip()}")
+            kind = NotCompilableError if source.is_of_model else RuntimeError
+            raise kind(f"{gcc} could not compile C: {result.stderr.strip()}")
         built.replace(target)  # atomic: two processes may build the same function
-
-
-def _generated(functions: Sequence[ca.Function]) -> str:
-    generator = ca.CodeGenerator("generated.c", {"with_header": False})
-    for function in functions:
-        generator.add(function)
-    return generator.dump()
 
 
 @cache

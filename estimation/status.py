@@ -28,6 +28,7 @@ class Status(enum.Flag):
     NOT_FINITE = enum.auto()
     PREDICTED = enum.auto()
     FELL_BACK = enum.auto()
+    DIGITS_LOST = enum.auto()
 
     @property
     def is_solved(self) -> bool:
@@ -79,5 +80,7 @@ SENTENCES = {
     Status.SOLVER_FAILED: "The solver failed; best point returned.",
     Status.NOT_FINITE: "The step gave a number that is not finite; the prediction is returned.",
     Status.FELL_BACK: "Passes did not settle on the active bounds; OSQP solved the step, slower.",
+    Status.DIGITS_LOST: "A reading is so much better than what was known that fewer than two digits"
+    " of the standard deviations are left.",
     Status.PREDICTED: "The deadline left no time for a pass; the prediction is returned.",
 }

@@ -24,8 +24,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from estimation import native
 from estimation.collect import Batches
+from estimation.engine import chosen
 from estimation.estimate import Estimate, EstimateHistory, Window
 from estimation.recording import Measurement
 from estimation.result import ResultReader
@@ -57,8 +57,10 @@ class WindowLoop:
     ) -> None:
         self.name, self.model, self.config = name, model, config
         memory = window_memory(model, self.config.horizon + 1)
-        engine = InterpretedWindow if native.compiler() is None else CompiledWindow
-        self._engine = engine(model, self.config, memory, clock)
+        self._engine = chosen(
+            lambda: CompiledWindow(model, self.config, memory, clock),
+            lambda: InterpretedWindow(model, self.config, memory, clock),
+        )
         self._reader = ResultReader(model)
         self._batches = Batches(self.name, self._reader, memory, self._take)
         self._fallback = Fallback(model, self.config, memory, self._reader.layout)

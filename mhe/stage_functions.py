@@ -28,6 +28,7 @@ from __future__ import annotations
 
 import casadi as ca
 
+from estimation import in_order
 from estimation.kalman_stage import (
     difference_function,
     difference_jacobian,
@@ -43,7 +44,10 @@ def retreat_function(model: StateSpaceModel, predict: ca.Function) -> ca.Functio
     lam, noise_scale = ca.SX.sym("lam", model.n_x), ca.SX.sym("noise_scale", model.n_w)
     F = ca.SX.sym("F", predict.sparsity_out("F"))
     G = ca.SX.sym("G", predict.sparsity_out("G"))
-    lam_hat, w_s = F.T @ lam, -(noise_scale**2) * (G.T @ lam)
+    lam_hat, w_s = (
+        in_order.product(F.T, lam, unit=_unit(predict)),
+        -(noise_scale * noise_scale * (G.T @ lam)),
+    )
     return _function(
         "retreat",
         {"lam": lam, "F": F, "G": G, "noise_scale": noise_scale},
@@ -59,8 +63,8 @@ def smooth_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
     lam_hat, W, e = ca.SX.sym("lam_hat", n_x), ca.SX.sym("W", n_x, n_r), ca.SX.sym("e", n_r)
     L = ca.SX.sym("L", update.sparsity_out("L"))
     H = ca.SX.sym("H", update.sparsity_out("H"))
-    u = ca.solve(L.T, W.T @ lam_hat + e)
-    d_s, lam = d_plus - spread, lam_hat - H.T @ u
+    u, lam = _back(L, W, e, H, lam_hat)
+    d_s = d_plus - spread
     length = ca.sumsqr(H @ d_s / model.noise_std)
     expected = ca.DM(model.noise_std) * u
     arguments = {
@@ -73,6 +77,24 @@ def smooth_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
         "H": H,
     }
     return _function("smooth", arguments, d_s=d_s, lam=lam, length=length, expected=expected)
+
+
+def _unit(predict: ca.Function) -> list[int]:
+    """Return which ones on the diagonal of a stage's F are always there."""
+    return in_order.unit_rows(predict.call(predict.sx_in())[predict.index_out("F")])
+
+
+def _back(L: ca.SX, W: ca.SX, e: ca.SX, H: ca.SX, lam_hat: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Return u = L⁻ᵀ (Wᵀ λ̂ + e) and λ = λ̂ - Hᵀ u, in the order of mhe/compiled/smoother.c."""
+    n_r, lam = H.size1(), ca.vertsplit(lam_hat)
+    u = [in_order.dot(W[:, r], lam_hat) + e[r] for r in range(n_r)]
+    for r in reversed(range(n_r)):
+        u[r] = u[r] / L[r, r]
+        for q in range(r):
+            u[q] = u[q] - L[r, q] * u[r]
+        for k in H[r, :].sparsity().get_col():
+            lam[k] = lam[k] - H[r, k] * u[r]
+    return ca.vertcat(ca.SX(0, 1), *u), ca.vertcat(*lam)
 
 
 def judge_function(model: StateSpaceModel) -> ca.Function:
@@ -89,7 +111,7 @@ def judge_function(model: StateSpaceModel) -> ca.Function:
 
 
 def spread_function(model: StateSpaceModel) -> ca.Function:
-    """Return (P, v) → P v, summed in the order in which C does it."""
+    """Return (P, v) → P v."""
     P, v = ca.SX.sym("P", model.n_x, model.n_x), ca.SX.sym("v", model.n_x)
     return _function("spread", {"P": P, "v": v}, product=P @ v)
 
@@ -102,7 +124,7 @@ def propagate_function(
     shift, W = ca.SX.sym("shift", n_x), ca.SX.sym("W", n_x, n_r)
     F = ca.SX.sym("F", predict.sparsity_out("F"))
     L, H = ca.SX.sym("L", update.sparsity_out("L")), ca.SX.sym("H", update.sparsity_out("H"))
-    z = F @ shift
+    z = in_order.product(F, shift, unit=_unit(predict))
     e = -ca.solve(L, H @ z)
     arguments = {"shift": shift, "F": F, "W": W, "L": L, "H": H}
     return _function("propagate", arguments, e=e, d_plus=z + W @ e)
@@ -113,7 +135,7 @@ def absorb_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
     n_x, n_r = model.n_x, model.n_r
     lam_hat, W, e = ca.SX.sym("lam_hat", n_x), ca.SX.sym("W", n_x, n_r), ca.SX.sym("e", n_r)
     L, H = ca.SX.sym("L", update.sparsity_out("L")), ca.SX.sym("H", update.sparsity_out("H"))
-    lam = lam_hat - H.T @ ca.solve(L.T, W.T @ lam_hat + e)
+    _, lam = _back(L, W, e, H, lam_hat)
     return _function("absorb", {"lam_hat": lam_hat, "W": W, "e": e, "L": L, "H": H}, lam=lam)
 
 
@@ -175,26 +197,31 @@ def carry_function(model: StateSpaceModel) -> ca.Function | None:
     return _function("carry", {"mean": mean, "d": d, "x": x}, J=J)
 
 
-def window_functions(
+def pass_functions(
     model: StateSpaceModel, predict: ca.Function, update: ca.Function
 ) -> list[ca.Function]:
-    """Return all functions that a window needs beside those of the stage."""
-    x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
-    reached = model.retract(model.f(x, w, dt), ca.SX.zeros(model.n_x))  # angles within a turn
-    carry = carry_function(model)
+    """Return what the pass back is made of, where C's loops (mhe/compiled/smoother.c) are not."""
     return [
         retreat_function(model, predict),
         smooth_function(model, update),
         propagate_function(model, predict, update),
         absorb_function(model, update),
+        spread_function(model),
+        misjudge_function(model),
+    ]
+
+
+def window_functions(model: StateSpaceModel) -> list[ca.Function]:
+    """Return what a window needs of its model beside its stage."""
+    x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
+    reached = model.retract(model.f(x, w, dt), ca.SX.zeros(model.n_x))  # angles within a turn
+    return [
         constrain_function(model),
         measure_function(model),
         shake_function(model),
-        misjudge_function(model),
         judge_function(model),
         _function("move", {"x": x, "w": w, "dt": dt}, reached=reached),
         difference_function(model),
-        *([] if carry is None else [carry]),
     ]
 
 

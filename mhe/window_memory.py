@@ -13,6 +13,7 @@ from estimation.kalman_stage import rows_present, without_gaps
 from estimation.layout import Layout
 from estimation.recording import Measurement
 from estimation.rest import rest_blocks
+from estimation.stored import restored, store, stored, stride
 from mhe import constraint_rows
 from mhe.arrival_cost import diffuse
 from mhe.config import WindowConfig
@@ -41,6 +42,7 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
     stage when it was the newest, ``newest_mean`` and ``newest_covariance`` the last estimate.
     """
     n_x, n_w, n_c = model.n_x, model.n_w, constraint_rows.count(model)
+    row = stride(n_x)
     return Layout(
         "Memory",
         {
@@ -61,10 +63,10 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
             "demanded": (n_stages, n_c),
             "predicted": (n_stages, n_x),
             "prior_mean": (n_x,),
-            "prior_covariance": (n_x, n_x),
+            "prior_covariance": (row, row),
             "prior_deviation": (n_x,),
             "newest_mean": (n_x,),
-            "newest_covariance": (n_x, n_x),
+            "newest_covariance": (row, row),
             **rest_blocks(model),
         },
     )
@@ -102,10 +104,10 @@ def packed_window(
     whole: dict[str, Any] = {
         "count": count,
         "prior_mean": prior.mean,
-        "prior_covariance": prior.covariance,
+        "prior_covariance": stored(prior),
         "prior_deviation": -np.asarray(model.difference(states[0], prior.mean)).ravel(),
         "newest_mean": states[-1],
-        "newest_covariance": prior.covariance,
+        "newest_covariance": stored(prior),
     }
     for block, value in whole.items():
         layout.view(memory, block)[...] = value
@@ -123,9 +125,14 @@ def first_window(
         prior = diffuse(prior)
     state = np.zeros(memory.size)
     for part in ("prior", "newest"):
-        memory.view(state, f"{part}_mean")[:] = prior.mean
-        memory.view(state, f"{part}_covariance")[:] = prior.covariance
+        put(memory, state, part, prior)
     return WindowState(state)
+
+
+def put(layout: Layout, memory: Array, part: str, gaussian: GaussianState) -> None:
+    """Write a Gaussian as the window's ``prior`` or ``newest``."""
+    layout.view(memory, f"{part}_mean")[:] = gaussian.mean
+    store(gaussian, layout.view(memory, f"{part}_covariance"))
 
 
 PER_STAGE = (
@@ -168,9 +175,7 @@ class View:
         for block in BETWEEN_STAGES:
             stages[block] = layout.view(memory, block)[: max(count - 1, 0)]
         prior, newest = (
-            GaussianState(
-                layout.view(memory, f"{part}_mean"), layout.view(memory, f"{part}_covariance")
-            )
+            restored(layout.view(memory, f"{part}_mean"), layout.view(memory, f"{part}_covariance"))
             for part in ("prior", "newest")
         )
         stayed, deviation = (layout.view(memory, name) for name in ("stayed", "prior_deviation"))

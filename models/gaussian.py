@@ -11,10 +11,19 @@ from models.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class GaussianState:
-    """A Gaussian over the state: mean (n_x,) and covariance (n_x, n_x), model units."""
+    """A Gaussian over the state, in model units.
+
+    Parameters
+    ----------
+    mean : (n_x,)
+    covariance : (n_x, n_x)
+    root : (n_x, n_x) S, S Sᵀ the covariance, where that alone would have lost its digits: readings
+        so much better than what was known that the difference of two covariances is rounding
+    """
 
     mean: Array
     covariance: Array
+    root: Array | None = None
 
     @property
     def std(self) -> Array:

@@ -15,7 +15,7 @@ static void constrain(const Window *s, const real *memory, const real *x)
     for (integer k = 0; k < count; k++) {
         const real *arguments[] = {STAGE(x, k, n_x)};
         real *results[] = {STAGE(o->row_g, k, n_c), STAGE(o->row_C, k, n_c * n_x)};
-        s->constrain(arguments, results, 0, 0, 0);
+        call(&s->model, &s->constrain, arguments, results);
     }
 }
 
@@ -32,7 +32,7 @@ static real exceed(const Window *s, const real *memory, const real *x, real *vio
     for (integer k = 0; k < count; k++) {
         const real *arguments[] = {STAGE(x, k, s->model.n_x)};
         real *results[] = {o->row_try, 0};
-        s->constrain(arguments, results, 0, 0, 0);
+        call(&s->model, &s->constrain, arguments, results);
         for (integer j = 0; j < n_c; j++) {
             if (demanded[k * n_c + j] == 0 || !(o->row_try[j] > 0)) continue;
             violation[j] += o->row_try[j];
@@ -71,7 +71,7 @@ static void evaluate_rows(const Window *s, const real *memory)
             const integer i = k * n_c + j;
             const real *C = STAGE(o->row_C, i, n_x);
             real *PC = STAGE(o->row_PC, i, n_x);
-            spread(m, SLOT(o->P_plus, k, n_x * n_x), C, PC);
+            spread(m, SLOT(o->P_plus, k, s->model.n_P), C, PC);
             o->row_free[i] = row_value(s, i);
             o->row_std[i] = sqrt(fmax(dot(C, PC, n_x), 0));
         }
@@ -101,10 +101,7 @@ static void respond(const Window *s, const real *memory, const real *noise_scale
         for (integer j = k * n_c; j < (k + 1) * n_c; j++)
             response[j] = dot(STAGE(o->row_PC, j, n_x), o->lambda_hat, n_x)
                           - dot(STAGE(o->row_C, j, n_x), STAGE(o->d_shift, k, n_x), n_x);
-        const real *stage[] = {o->lambda_hat, SLOT(o->W, k, n_x * n_r), STAGE(o->e_shift, k, n_r),
-                               SLOT(o->L, k, s->nnz_L), SLOT(o->H, k, s->nnz_H)};
-        real *results[] = {o->lambda};
-        s->absorb(stage, results, 0, 0, 0);
+        absorb(s, k, o->lambda_hat, STAGE(o->e_shift, k, n_r), o->e_pushed, o->lambda);
     }
 }
 

@@ -5,15 +5,18 @@
  * Returns d' P̄⁻¹ d; where there is no factor, infinity, and μ is zero. */
 static real prior_multiplier(const Window *s, const real *P, const real *d, real *mu)
 {
-    const integer n = s->model.n_x;
+    const integer n = s->model.n_x, stride = s->model.stride;
     real *L = s->work.L_prior, sum = 0;
     memset(mu, 0, (size_t)n * sizeof(real));
-    for (integer i = 0; i < n; i++)
+    for (integer i = 0; is_root(P) && i < n; i++) copy(L + i * n, P + i * stride, n);
+    for (integer i = 0; !is_root(P) && i < n; i++)
         for (integer j = 0; j <= i; j++) {
-            const real left = P[i * n + j] - dot(L + i * n, L + j * n, j);
+            const real left = P[i * stride + j] - dot(L + i * n, L + j * n, j);
             if (i == j && !(left > 0)) return INFINITY;
             L[i * n + j] = i == j ? sqrt(left) : left / L[j * n + j];
         }
+    for (integer i = 0; i < n; i++)
+        if (L[i * (n + 1)] == 0) return INFINITY;
     for (integer i = 0; i < n; i++) {
         mu[i] = (d[i] - dot(L + i * n, mu, i)) / L[i * n + i];
         sum += mu[i] * mu[i];
@@ -31,8 +34,8 @@ static real inner(const Window *s, const real *memory, const real *a, const real
     const integer n = s->model.n_x, noises = ((integer)memory[s->memory.count] - 1) * s->model.n_w;
     const real *P = memory + s->memory.prior_covariance;
     real sum = dot(a + n, b + n, noises);
-    for (integer i = 0; i < n; i++) sum += a[i] * dot(P + i * n, b, n);
-    return sum;
+    spread(&s->model, P, b, s->work.spread);
+    return sum + dot(a, s->work.spread, n);
 }
 
 /* Roll the trajectory of z_try = (μ, w_0, w_1, …) out through the model, from
@@ -43,7 +46,7 @@ static real try_cost(const Window *s, const real *memory, real *row_scale,
     const Work *o = &s->work;
     const integer count = (integer)memory[s->memory.count], n_x = s->model.n_x;
     const real *P = memory + s->memory.prior_covariance, *w = o->z_try + n_x;
-    for (integer i = 0; i < n_x; i++) o->d_try[i] = dot(P + i * n_x, o->z_try, n_x);
+    spread(&s->model, P, o->z_try, o->d_try);
     retract(&s->model, memory + s->memory.prior_mean, o->d_try, o->x_try);
     for (integer k = 0; k + 1 < count; k++)
         move(s, STAGE(o->x_try, k, n_x), STAGE(w, k, s->model.n_w), interval(s, memory, k),
@@ -146,7 +149,8 @@ static integer linearise(const Window *s, real *memory, const real *row_scale,
     if (!isfinite(*length)) return STATUS_NOT_FINITE;
     if (*held > 0) weigh_violations(s, *held);
     for (integer i = 0; i < n_x; i++) o->f[i] = o->g_next[i] - o->z_next[i];
-    for (integer i = 0; i < n_x; i++) *length += o->f[i] * dot(P + i * n_x, o->f, n_x);
+    spread(&s->model, P, o->f, o->spread);
+    *length += dot(o->f, o->spread, n_x);
     return status;
 }
 
@@ -327,7 +331,8 @@ void window_solve(void *self, real *memory, real *result)
              STAGE(x, k + 1, n_x));
     const integer status = converge(s, memory, start, &solved);
     copy(result + s->result.mean, STAGE(x, newest, n_x), n_x);
-    copy(result + s->result.covariance, SLOT(s->work.P_plus, newest, n_x * n_x), n_x * n_x);
+    covariance_of(&s->model, SLOT(s->work.P_plus, newest, s->model.n_P),
+                  result + s->result.covariance);
     result[s->result.status] = (real)status;
     result[s->result.iterations] = solved.passes;
     result[s->result.cost] = solved.cost;

@@ -28,7 +28,7 @@ static int has_prior(const Window *s, const real *deviation, const real *P)
     const Work *o = &s->work;
     const integer n_x = s->model.n_x;
     return o->ring[MADE] > 0 && same(SLOT(o->d_minus, 0, n_x), deviation, n_x)
-           && same(o->P_first, P, n_x * n_x);
+           && same(o->P_first, P, s->model.n_P);
 }
 
 /* Whether the factors of a stage are made of its time, point, readings and their scales. */
@@ -81,11 +81,10 @@ static int has_oldest(const Window *s, const real *given)
 static void leave(const Window *s, const real *given, const real *P)
 {
     const Work *o = &s->work;
-    const integer n_x = s->model.n_x;
     if (o->ring[MADE] < 2 || *SLOT(o->at_time, 1, 1) != given[s->memory.times + 1]
         || !has_noises(s, 1, given + s->memory.w_lin, o->unit_noises))
         return;
-    copy(o->P_first, P, n_x * n_x);
+    copy(o->P_first, P, s->model.n_P);
     o->ring[OLDEST_SLOT] = slot(s, 1);
     o->ring[MADE]--;
 }
@@ -102,14 +101,14 @@ static int condition(const Window *s, integer k)
         if (o->is_held[i] == 0) continue;
         const real *C = STAGE(o->row_C, i, n_x);
         real *d_plus = SLOT(o->d_plus, k, n_x), *W = STAGE(o->row_PC, i, n_x);
-        spread(m, SLOT(o->P_plus, k, n_x * n_x), C, W);
+        spread(m, SLOT(o->P_plus, k, s->model.n_P), C, W);
         const real own = dot(C, W, n_x);
         if (!(own > 0)) return 0;
         o->row_std_held[i] = sqrt(own);
         for (integer a = 0; a < n_x; a++) W[a] /= o->row_std_held[i];
         o->row_e[i] = -(o->row_g[i] + dot(C, d_plus, n_x)) / o->row_std_held[i];
         for (integer a = 0; a < n_x; a++) d_plus[a] += W[a] * o->row_e[i];
-        take_from(m, SLOT(o->P_plus, k, n_x * n_x), W);
+        take_from(m, SLOT(o->P_plus, k, s->model.n_P), C, W);
     }
     return 1;
 }
@@ -122,26 +121,37 @@ static void carry_prior(const Window *s, const real *memory, const real *deviati
 {
     const Work *o = &s->work;
     const real *P = memory + s->memory.prior_covariance;
-    const integer n = s->model.n_x;
+    const integer n = s->model.n_x, stride = s->model.stride;
     for (integer i = 0; i < n; i++) o->d_carried[i] = -deviation[i];
     const real *arguments[] = {memory + s->memory.prior_mean, o->d_carried, x};
     real *results[] = {o->J}; /* by columns */
-    s->carry(arguments, results, 0, 0, 0);
+    call(&s->model, &s->carry, arguments, results);
     memset(d_minus, 0, (size_t)n * sizeof(real));
+    for (integer j = 0; j < n; j++)
+        for (integer i = 0; i < n; i++) d_minus[i] += o->J[i + n * j] * deviation[j];
+    if (is_root(P)) {
+        real *array = s->model.array;
+        memset(array, 0, (size_t)(n * n) * sizeof(real));
+        for (integer j = 0; j < n; j++)
+            for (integer c = 0; c <= j; c++)
+                for (integer i = 0; i < n; i++) array[c * n + i] += o->J[i + n * j] * P[j * stride + c];
+        triangular(&s->model, n, s->model.root);
+        keep_root(&s->model, s->model.root, P_minus);
+        return;
+    }
     memset(o->JP, 0, (size_t)(n * n) * sizeof(real));
-    memset(P_minus, 0, (size_t)(n * n) * sizeof(real));
+    memset(P_minus, 0, (size_t)s->model.n_P * sizeof(real));
     for (integer j = 0; j < n; j++)
         for (integer i = 0; i < n; i++) {
             const real entry = o->J[i + n * j];
             if (entry == 0) continue;
-            d_minus[i] += entry * deviation[j];
-            for (integer k = 0; k < n; k++) o->JP[i * n + k] += entry * P[j * n + k];
+            for (integer k = 0; k < n; k++) o->JP[i * n + k] += entry * P[j * stride + k];
         }
     for (integer j = 0; j < n; j++)
         for (integer i = 0; i < n; i++) {
             const real entry = o->J[i + n * j];
             if (entry == 0) continue;
-            for (integer k = 0; k < n; k++) P_minus[k * n + i] += o->JP[k * n + j] * entry;
+            for (integer k = 0; k < n; k++) P_minus[k * stride + i] += o->JP[k * n + j] * entry;
         }
 }
 
@@ -177,15 +187,15 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
         real *d_minus = SLOT(o->d_minus, k, n_x), *P_minus = k == 0 ? o->P_first : o->P_minus;
         if (k == 0) {
             copy(d_minus, deviation, n_x);
-            copy(P_minus, memory + s->memory.prior_covariance, n_x * n_x);
+            copy(P_minus, memory + s->memory.prior_covariance, m->n_P);
 #if CONVERGES
-            if (s->iterate && s->carry) carry_prior(s, memory, deviation, x, d_minus, P_minus);
+            if (s->iterate && s->carry.evaluate) carry_prior(s, memory, deviation, x, d_minus, P_minus);
 #endif
         } else {
             const real dt = interval(s, memory, k - 1);
             real *predicted[] = {o->reached, d_minus, P_minus, SLOT(o->F, k - 1, s->nnz_F),
                                  SLOT(o->G, k - 1, s->nnz_G)};
-            predict(m, SLOT(o->d_plus, k - 1, n_x), SLOT(o->P_plus, k - 1, n_x * n_x),
+            predict(m, SLOT(o->d_plus, k - 1, n_x), SLOT(o->P_plus, k - 1, s->model.n_P),
                     STAGE(x, k - 1, n_x), STAGE(w, k - 1, n_w), &dt,
                     STAGE(noise_scale, k - 1, n_w), predicted);
             difference(s, o->reached, STAGE(x, k, n_x), o->defect);
@@ -198,9 +208,9 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
         copy(SLOT(o->at_y, k, m->n_y), STAGE(y, k, m->n_y), m->n_y);
         copy(SLOT(o->at_rows, k, n_r), STAGE(row_scale, k, n_r), n_r);
         const int newest = k == count - 1;
-        real *updated[] = {SLOT(o->d_plus, k, n_x),  SLOT(o->P_plus, k, n_x * n_x),
+        real *updated[] = {SLOT(o->d_plus, k, n_x),  SLOT(o->P_plus, k, s->model.n_P),
                            newest ? o->v : 0,        newest ? o->S : 0,
-                           SLOT(o->W, k, n_x * n_r), SLOT(o->e, k, n_r),
+                           SLOT(o->W, k, s->model.stride * n_r), SLOT(o->e, k, n_r),
                            SLOT(o->H, k, s->nnz_H),  SLOT(o->L, k, s->nnz_L)};
         update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_y),
                STAGE(row_scale, k, n_r), updated);

@@ -11,15 +11,17 @@ import casadi as ca
 import numpy as np
 
 from estimation.engine import CompiledEngine, Loop
-from estimation.kalman_stage import stage_functions
 from estimation.layout import Layout
+from estimation.linearisation import loop_functions, triangle
+from estimation.loop import NO_FUNCTION
 from estimation.rest import rest_constants, rest_fields
+from estimation.stored import stored, stride
 from mhe import constraint_rows
 from mhe.arrival_cost import ARRIVAL_COSTS, RELINEARISATION_LIMIT
 from mhe.config import Clock, RealTimeConfig
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.rules import ACTIVE_SET, DESCENT, most_active
-from mhe.stage_functions import window_functions
+from mhe.stage_functions import carry_function, window_functions
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
@@ -28,7 +30,7 @@ PASS_SOURCES = (
 )
 DESCENT_SOURCE, WINDOW_SOURCE = "descent.c", "window.c"
 FUNCTIONS_OF: Mapping[str, tuple[str, ...]] = {
-    "CONSTRAINED": ("constrain", "propagate", "absorb"),
+    "CONSTRAINED": ("constrain",),
     "LOSSES": ("measure", "shake"),
 }
 """Part of the loop, as C knows it → the generated functions that only it calls."""
@@ -52,8 +54,8 @@ def window_loop(
     clock : address of a C function that returns seconds; 0 is the machine's own
     """
     scheme = config.scheme
-    predict, update, *small = stage_functions(model)
-    window = window_functions(model, predict, update)
+    transition, readings, *small = loop_functions(model)
+    window = window_functions(model)
     n_stages, n_c = config.horizon + 1, constraint_rows.count(model)
     most = most_active(n_stages, n_c)
     parts = {
@@ -64,22 +66,24 @@ def window_loop(
     }
     left_out = {name for part, names in FUNCTIONS_OF.items() if not parts[part] for name in names}
     needed = [function for function in window if function.name() not in left_out]
+    carry = carry_function(model) if scheme.converges else None
+    carried = [] if carry is None else [[carry]]
     descent = [DESCENT_SOURCE] if parts["CONVERGES"] else []
     sources = (*PASS_SOURCES, *descent, WINDOW_SOURCE)
     return Loop(
         sources=[Path(__file__).with_name(name) for name in sources],
         entry="window",
         memory=memory,
-        functions=[[predict], [update], small, needed],
+        functions=[[transition, readings, *small], needed, *carried],
         fields={
-            "work": _work(model, n_stages, predict, update, most, parts["CONVERGES"]),
-            "nnz_F": predict.nnz_out("F"),
-            "nnz_G": predict.nnz_out("G"),
-            "nnz_H": update.nnz_out("H"),
-            "nnz_L": update.nnz_out("L"),
+            "work": _work(model, n_stages, transition, readings, most, parts["CONVERGES"]),
+            "nnz_F": transition.nnz_out(1),
+            "nnz_G": transition.nnz_out(2),
+            "nnz_H": readings.nnz_out(1),
+            "nnz_L": triangle(model.n_r),
             **{f.name(): f.name() for f in needed},
-            **{name: ctypes.c_void_p(0) for name in sorted(left_out)},
-            **({} if any(f.name() == "carry" for f in needed) else {"carry": ctypes.c_void_p(0)}),
+            **dict.fromkeys(sorted(left_out), NO_FUNCTION),
+            "carry": "carry" if carried else NO_FUNCTION,
             "huber": config.thresholds([sensor.name for sensor in model.sensors]),
             "huber_noise": float(config.noise_threshold),
             "has_losses": config.has_losses,
@@ -87,7 +91,7 @@ def window_loop(
             "most_active": most,
             "row_conditions": constraint_rows.needs(model),
             "arrival": list(ARRIVAL_COSTS).index(config.arrival_cost),
-            "constant_covariance": np.asarray(model.prior.covariance, dtype=float),
+            "constant_covariance": stored(model.prior),
             "relinearisation_limit": RELINEARISATION_LIMIT,
             "reuse": reuse_threshold(model, config),
             "iterate": scheme.converges,
@@ -140,14 +144,14 @@ class CompiledWindow(CompiledEngine):
 def _work(
     model: StateSpaceModel,
     n_stages: int,
-    predict: ca.Function,
-    update: ca.Function,
+    transition: ca.Function,
+    readings: ca.Function,
     most_held: int,
     converges: bool,
 ) -> Mapping[str, Any]:
     """Return the workspace: arrays with one entry per stage or row, and single ones."""
     n_x, n_w, n_y, n_r = model.n_x, model.n_w, model.n_y, model.n_r
-    n_c = constraint_rows.count(model)
+    n_c, row = constraint_rows.count(model), stride(n_x)
     n_rows = n_stages * n_c
     per_stage = {
         "at_time": 1,
@@ -158,13 +162,13 @@ def _work(
         "at_noises": n_w,
         "d_minus": n_x,
         "d_plus": n_x,
-        "P_plus": n_x * n_x,
-        "W": n_x * n_r,
+        "P_plus": row * row,
+        "W": row * n_r,
         "e": n_r,
-        "H": update.nnz_out("H"),
-        "L": update.nnz_out("L"),
-        "F": predict.nnz_out("F"),
-        "G": predict.nnz_out("G"),
+        "H": readings.nnz_out(1),
+        "L": triangle(n_r),
+        "F": transition.nnz_out(1),
+        "G": transition.nnz_out(2),
         "d_s": n_x,
         "expected": n_r,
         "row_scale": n_r,
@@ -173,7 +177,7 @@ def _work(
     single = {
         **dict.fromkeys(("reached", "defect", "lambda", "lambda_hat", "spread", "shift"), n_x),
         **dict.fromkeys(("d_minus_prior", "d_prior", "x_prior"), n_x),
-        **dict.fromkeys(("P_prior", "P_first", "P_minus"), n_x * n_x),
+        **dict.fromkeys(("P_prior", "P_first", "P_minus"), row * row),
         **dict.fromkeys(("J", "JP"), n_x * n_x if converges else 0),
         "d_carried": n_x if converges else 0,
         "v": n_r,

@@ -11,7 +11,7 @@
 static real moved_by(const Window *s, integer k, const real *d_s)
 {
     const integer n_x = s->model.n_x;
-    const real *P = SLOT(s->work.P_plus, k, n_x * n_x);
+    const real *P = SLOT(s->work.P_plus, k, s->model.n_P);
     real most = 0;
     for (integer i = 0; i < n_x; i++) {
         const real own = variance(&s->model, P, i), square = d_s[i] * d_s[i];
@@ -30,7 +30,7 @@ static real misjudged(const Window *s, const real *memory, integer k)
     const real *judged[] = {STAGE(memory + at->x, k, n_x), STAGE(memory + at->y, k, s->model.n_y),
                             STAGE(memory + at->present, k, n_r), STAGE(s->work.expected, k, n_r)};
     real *results[] = {&off};
-    s->judge(judged, results, 0, 0, 0);
+    call(&s->model, &s->judge, judged, results);
     return off * off;
 }
 
@@ -49,7 +49,7 @@ static real news(const Window *s, integer k, const real *before)
     const Work *o = &s->work;
     const integer n_x = s->model.n_x;
     for (integer i = 0; i < n_x; i++) o->shift[i] = o->lambda_hat[i] - before[i];
-    spread(&s->model, SLOT(o->P_plus, k, n_x * n_x), o->shift, o->spread);
+    spread(&s->model, SLOT(o->P_plus, k, s->model.n_P), o->shift, o->spread);
     return sqrt(fmax(dot(o->shift, o->spread, n_x), 0));
 }
 

@@ -9,27 +9,71 @@
 #define PUSHED 1
 #define HELD 2
 
-/* Let a shift of the mean behind stage k - 1 go on through stage k: what it changes in e
- * and in δ⁺. */
+/* Let a shift of the mean behind stage k - 1 go on through stage k: z = F s, then what it changes
+ * in e, -L⁻¹ H z, and in δ⁺, z + W Δe. */
 static void propagate(const Window *s, integer k, const real *shift, real *e_shift, real *d_shift)
 {
     const Model *m = &s->model;
     const Work *o = &s->work;
-    const real *arguments[] = {shift, SLOT(o->F, k - 1, s->nnz_F),
-                               SLOT(o->W, k, m->n_x * m->n_r), SLOT(o->L, k, s->nnz_L),
-                               SLOT(o->H, k, s->nnz_H)};
-    real *results[] = {e_shift, d_shift};
-    s->propagate(arguments, results, 0, 0, 0);
+    const integer n_x = m->n_x, n_r = m->n_r;
+    const real *F = SLOT(o->F, k - 1, s->nnz_F), *H = SLOT(o->H, k, s->nnz_H);
+    const real *W = SLOT(o->W, k, s->model.stride * n_r), *L = SLOT(o->L, k, s->nnz_L);
+    const real *present = SLOT(o->at_rows, k, n_r);
+    for (integer i = 0; i < n_x; i++) {
+        d_shift[i] = m->F_unit[i] * shift[i];
+        for (integer j = m->F_at[i]; j < m->F_at[i + 1]; j++)
+            d_shift[i] += F[j] * shift[m->F_column[j]];
+    }
+    for (integer r = 0; r < n_r; r++) {
+        e_shift[r] = 0;
+        if (present[r] == 0) continue;
+        for (integer j = m->H_at[r]; j < m->H_at[r + 1]; j++)
+            e_shift[r] -= H[j] * d_shift[m->H_column[j]];
+        e_shift[r] = (e_shift[r] - dot(ROW(L, r), e_shift, r)) / ROW(L, r)[r];
+    }
+    for (integer r = 0; r < n_r; r++)
+        for (integer i = 0; present[r] != 0 && i < n_x; i++) d_shift[i] += W[r * m->stride + i] * e_shift[r];
 }
 
-/* λ̂ of stage k, and w_s of its noise where it is wanted, from λ of the stage behind it. */
+/* λ̂ = Fᵀ λ of stage k, and w_s = -D² Gᵀ λ of its noise where it is wanted, from λ of the stage
+ * behind it. */
 static void retreat(const Window *s, integer k, const real *lambda, const real *noise_scale,
                     real *lambda_hat, real *w_s)
 {
-    const real *arguments[] = {lambda, SLOT(s->work.F, k, s->nnz_F), SLOT(s->work.G, k, s->nnz_G),
-                               STAGE(noise_scale, k, s->model.n_w)};
-    real *results[] = {lambda_hat, w_s};
-    s->retreat(arguments, results, 0, 0, 0);
+    const Model *m = &s->model;
+    const real *F = SLOT(s->work.F, k, s->nnz_F), *G = SLOT(s->work.G, k, s->nnz_G);
+    const real *scale = STAGE(noise_scale, k, m->n_w);
+    for (integer i = 0; i < m->n_x; i++) lambda_hat[i] = m->F_unit[i] * lambda[i];
+    for (integer i = 0; i < m->n_x; i++)
+        for (integer j = m->F_at[i]; j < m->F_at[i + 1]; j++)
+            lambda_hat[m->F_column[j]] += F[j] * lambda[i];
+    for (integer w = 0; w_s && w < m->n_w; w++) {
+        real sum = 0;
+        for (integer j = m->G_at[w]; j < m->G_at[w + 1]; j++) sum += G[j] * lambda[m->G_row[j]];
+        w_s[w] = -(scale[w] * scale[w] * sum);
+    }
+}
+
+/* u = L⁻ᵀ (Wᵀ λ̂ + e) of the rows present, and λ = λ̂ - Hᵀ u in front of them. */
+static void absorb(const Window *s, integer k, const real *lambda_hat, const real *e, real *u,
+                   real *lambda)
+{
+    const Model *m = &s->model;
+    const Work *o = &s->work;
+    const integer n_x = m->n_x, n_r = m->n_r;
+    const real *W = SLOT(o->W, k, s->model.stride * n_r), *L = SLOT(o->L, k, s->nnz_L);
+    const real *H = SLOT(o->H, k, s->nnz_H), *present = SLOT(o->at_rows, k, n_r);
+    copy(lambda, lambda_hat, n_x);
+    for (integer r = 0; r < n_r; r++)
+        u[r] = present[r] != 0 ? dot(W + r * m->stride, lambda_hat, n_x) + e[r] : 0;
+    for (integer r = n_r - 1; r >= 0; r--) {
+        if (present[r] == 0) continue;
+        u[r] /= ROW(L, r)[r];
+        for (integer q = 0; q < r; q++)
+            if (present[q] != 0) u[q] -= ROW(L, r)[q] * u[r];
+        for (integer j = m->H_at[r]; j < m->H_at[r + 1]; j++)
+            lambda[m->H_column[j]] -= H[j] * u[r];
+    }
 }
 
 /* Shift the filter's means by the impulses, from stage `first` on. */
@@ -41,7 +85,7 @@ static void push(const Window *s, integer count, integer first)
     memset(o->d_shift, 0, (size_t)((first + 1) * n_x) * sizeof(real));
     memset(o->e_shift, 0, (size_t)((first + 1) * n_r) * sizeof(real));
     for (integer k = first; k + 1 < count; k++) {
-        spread(m, SLOT(o->P_plus, k, n_x * n_x), STAGE(o->impulse, k, n_x), o->spread);
+        spread(m, SLOT(o->P_plus, k, s->model.n_P), STAGE(o->impulse, k, n_x), o->spread);
         for (integer i = 0; i < n_x; i++)
             o->shift[i] = STAGE(o->d_shift, k, n_x)[i] - o->spread[i];
         propagate(s, k + 1, o->shift, STAGE(o->e_shift, k + 1, n_r), STAGE(o->d_shift, k + 1, n_x));
@@ -93,14 +137,21 @@ static real smooth_stage(const Window *s, integer k, int rows)
         d_plus = o->d_pushed;
         e = o->e_pushed;
     }
-    spread(m, SLOT(o->P_plus, k, n_x * n_x), o->lambda_hat, o->spread);
+    spread(m, SLOT(o->P_plus, k, s->model.n_P), o->lambda_hat, o->spread);
 #if CONVERGES
     if (rows == HELD) release_rows(s, k, o->lambda_hat);
 #endif
-    const real *stage[] = {d_plus, o->spread, o->lambda_hat, SLOT(o->W, k, n_x * n_r), e,
-                           SLOT(o->L, k, s->nnz_L), SLOT(o->H, k, s->nnz_H)};
-    real *smoothed[] = {STAGE(o->d_s, k, n_x), o->lambda, &length, STAGE(o->expected, k, n_r)};
-    s->smooth(stage, smoothed, 0, 0, 0);
+    real *d_s = STAGE(o->d_s, k, n_x), *expected = STAGE(o->expected, k, n_r);
+    const real *H = SLOT(o->H, k, s->nnz_H);
+    absorb(s, k, o->lambda_hat, e, expected, o->lambda);
+    for (integer i = 0; i < n_x; i++) d_s[i] = d_plus[i] - o->spread[i];
+    for (integer r = 0; r < n_r; r++) {
+        real moved = 0;
+        for (integer j = m->H_at[r]; j < m->H_at[r + 1]; j++) moved += H[j] * d_s[m->H_column[j]];
+        moved /= m->noise_std[r];
+        length += moved * moved;
+        expected[r] *= m->noise_std[r];
+    }
     return length;
 }
 
@@ -123,7 +174,7 @@ static real backward(const Window *s, const real *memory, const real *w, const r
     }
     for (integer i = 0; i < n_x; i++) g[i] = -o->lambda[i];
 #if CONVERGES
-    if (s->iterate && s->carry) carry_back(s, g);
+    if (s->iterate && s->carry.evaluate) carry_back(s, g);
 #endif
     return length + noise_length(s, g + n_x, w, noise_scale, count - 1);
 }

@@ -9,14 +9,14 @@ static void move(const Window *s, const real *x, const real *w, real dt, real *r
 {
     const real *arguments[] = {x, w, &dt};
     real *results[] = {reached};
-    s->move(arguments, results, 0, 0, 0);
+    call(&s->model, &s->move, arguments, results);
 }
 
 static void difference(const Window *s, const real *to, const real *from, real *delta)
 {
     const real *arguments[] = {to, from};
     real *results[] = {delta};
-    s->difference(arguments, results, 0, 0, 0);
+    call(&s->model, &s->difference, arguments, results);
 }
 
 static real interval(const Window *s, const real *memory, integer k)
@@ -38,13 +38,13 @@ static real measure(const Window *s, const real *memory, const real *x, const re
         const real *seen[] = {STAGE(x, k, m->n_x), STAGE(y, k, m->n_y),
                                 STAGE(present, k, m->n_r), s->huber};
         real *scales[] = {STAGE(row_scale, k, m->n_r), &part};
-        s->measure(seen, scales, 0, 0, 0);
+        call(&s->model, &s->measure, seen, scales);
         cost += part;
     }
     for (integer k = 0; k + 1 < count; k++) {
         const real *shaken[] = {STAGE(w, k, m->n_w), &s->huber_noise};
         real *scales[] = {STAGE(noise_scale, k, m->n_w), &part};
-        s->shake(shaken, scales, 0, 0, 0);
+        call(&s->model, &s->shake, shaken, scales);
         cost += part;
     }
     return cost;

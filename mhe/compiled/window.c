@@ -14,6 +14,28 @@ static integer staying(const Window *s, const real *given, real limit)
     return k > drop ? k - drop : 0;
 }
 
+/* By how many standard deviations readings at x are off what a linearisation at the mean has them. */
+static real misjudged_at(const Window *s, const real *mean, const real *x, const real *y,
+                         const real *present)
+{
+    const Model *m = &s->model;
+    const Work *o = &s->work;
+    real *expected = m->v, *H = m->H, off = 0;
+    const real *at[] = {mean, y};
+    real *linear[] = {expected, H};
+    call(m, &m->readings, at, linear);
+    difference(s, x, mean, o->defect);
+    for (integer r = 0; r < m->n_r; r++) {
+        for (integer k = m->H_at[r]; k < m->H_at[r + 1]; k++)
+            expected[r] -= H[k] * o->defect[m->H_column[k]];
+        expected[r] /= m->noise_std[r];
+    }
+    const real *judged[] = {x, y, present, expected};
+    real *results[] = {&off};
+    call(m, &s->judge, judged, results);
+    return off;
+}
+
 /* Prior of the first stage that stays, given all readings before it: the dropped stage is
  * eliminated by one update and one prediction; see mhe/arrival_cost.py. As its factors were made,
  * where `kept`: so those behind it stay as they are. `given` is the full window; the new prior is
@@ -31,32 +53,28 @@ static void arrive(const Window *s, const real *given, int kept, real *memory)
     real *new_P = memory + s->memory.prior_covariance;
     if (s->arrival == ARRIVAL_none) {
         copy(new_mean, mean, n_x);
-        copy(new_P, P, n_x * n_x);
+        copy(new_P, P, m->n_P);
         return;
     }
     if (s->arrival == ARRIVAL_constant) {
         copy(new_mean, STAGE(given + s->memory.predicted, 1, n_x), n_x);
-        copy(new_P, s->constant_covariance, n_x * n_x);
+        copy(new_P, s->constant_covariance, m->n_P);
         return;
     }
     if (LOSSES && s->has_losses) {
         real part;
         const real *seen[] = {x, y, row_scale, s->huber};
         real *weighed[] = {o->row_scale, &part};
-        s->measure(seen, weighed, 0, 0, 0);
+        call(&s->model, &s->measure, seen, weighed);
         const real *shaken[] = {w, &s->huber_noise};
         real *shaking[] = {o->noise_scale, &part};
-        s->shake(shaken, shaking, 0, 0, 0);
+        call(&s->model, &s->shake, shaken, shaking);
         row_scale = o->row_scale;
         noise_scale = o->noise_scale;
     }
     int at_window = s->arrival == ARRIVAL_smoothed;
     if (s->arrival == ARRIVAL_filtered && !kept) {
-        real off = 0;
-        const real *judged[] = {mean, x, y, row_scale};
-        real *results[] = {&off};
-        s->misjudge(judged, results, 0, 0, 0);
-        at_window = off > s->relinearisation_limit;
+        at_window = misjudged_at(s, mean, x, y, row_scale) > s->relinearisation_limit;
     }
     const real dt = interval(s, given, 0);
     const real *x_lin = at_window ? x : mean;
@@ -69,7 +87,7 @@ static void arrive(const Window *s, const real *given, int kept, real *memory)
         difference(s, mean, x_lin, o->d_minus_prior);
     const int made = kept && has_oldest(s, given);
     const real *d_plus = made ? SLOT(o->d_plus, 0, n_x) : o->d_prior;
-    const real *P_plus = made ? SLOT(o->P_plus, 0, n_x * n_x) : o->P_prior;
+    const real *P_plus = made ? SLOT(o->P_plus, 0, s->model.n_P) : o->P_prior;
     real *updated[] = {o->d_prior, o->P_prior, 0, 0, 0, 0, 0, 0};
     real *predicted[] = {o->reached, o->d_minus_prior, new_P, 0, 0};
     if (!made) update(m, o->d_minus_prior, P, x_lin, y, row_scale, updated);
@@ -108,6 +126,22 @@ static void choose_points(const Window *s, integer k, real *memory)
     for (integer i = 0; i < n_x; i++) deviation[i] = -deviation[i];
 }
 
+/* The readings of stage k, and which of its rows they demand. */
+static void take_readings(const Window *s, real *memory, integer k, const real *y)
+{
+    const Model *m = &s->model;
+    const Memory *at = &s->memory;
+    const integer n_y = m->n_y, n_c = s->n_c;
+    mark_present(m, y, STAGE(memory + at->present, k, m->n_r), STAGE(memory + at->y, k, n_y));
+    for (integer j = 0; j < n_c; j++) {
+        real *demanded = STAGE(memory + at->demanded, k, n_c) + j;
+        *demanded = 1;
+        for (integer i = 0; i < n_y; i++)
+            if (s->row_conditions[j * n_y + i] && !isfinite(y[i])) *demanded = 0;
+        STAGE(memory + at->active, k, n_c)[j] = 0;
+    }
+}
+
 /* Copy `given` to `memory`, without its oldest stage where the window is full, and append
  * an instant whose state is predicted. The first `stays` stages keep their factors. */
 static void slide(const Window *s, const real *given, real *memory, real time, const real *y,
@@ -128,19 +162,12 @@ static void slide(const Window *s, const real *given, real *memory, real time, c
             copy(memory + blocks[b].at, given + blocks[b].at + drop * blocks[b].width,
                  (kept - blocks[b].less) * blocks[b].width);
     copy(memory + at->prior_mean, given + at->prior_mean, n_x);
-    copy(memory + at->prior_covariance, given + at->prior_covariance, n_x * n_x);
+    copy(memory + at->prior_covariance, given + at->prior_covariance, m->n_P);
     copy(memory + at->prior_deviation, given + at->prior_deviation, n_x);
     if (drop) arrive(s, given, stays > 0, memory);
     memory[at->count] = (real)(kept + 1);
     memory[at->times + kept] = time;
-    mark_present(m, y, STAGE(memory + at->present, kept, n_r), STAGE(memory + at->y, kept, n_y));
-    for (integer j = 0; j < n_c; j++) {
-        real *demanded = STAGE(memory + at->demanded, kept, n_c) + j;
-        *demanded = 1;
-        for (integer i = 0; i < n_y; i++)
-            if (s->row_conditions[j * n_y + i] && !isfinite(y[i])) *demanded = 0;
-        STAGE(memory + at->active, kept, n_c)[j] = 0;
-    }
+    take_readings(s, memory, kept, y);
     real *newest = STAGE(memory + at->x, kept, n_x);
     if (before == 0)
         copy(newest, memory + at->prior_mean, n_x);
@@ -165,7 +192,7 @@ static integer only_predict(const Window *s, const real *given, const real *memo
     const integer before = (integer)given[at->count], newest = (integer)memory[at->count] - 1;
     const integer n_x = m->n_x;
     copy(mean, STAGE(memory + at->x, newest, n_x), n_x);
-    copy(covariance, given + at->newest_covariance, n_x * n_x);
+    copy(covariance, given + at->newest_covariance, m->n_P);
     if (before > 0) {
         const real dt = memory[at->times + newest] - given[at->times + before - 1];
         const real *last = STAGE(given + at->x, before - 1, n_x);
@@ -208,10 +235,10 @@ static integer attempt(const Window *s, const real *given, real *memory, real ti
         status = one_pass(s, memory, &solved);
 #endif
         copy(mean, STAGE(memory + at->x, newest, n_x), n_x);
-        copy(covariance, SLOT(o->P_plus, newest, n_x * n_x), n_x * n_x);
+        copy(covariance, SLOT(o->P_plus, newest, m->n_P), m->n_P);
         if (stays > near) status |= STATUS_TIME_LIMIT;
     }
-    if (!(all_finite(mean, n_x) && all_finite(covariance, n_x * n_x)))
+    if (!(all_finite(mean, n_x) && is_covariance(m, covariance)))
         status |= STATUS_NOT_FINITE;
     status |= remarks(m, mean, covariance, y, present);
     report(m, &s->result, result, time, mean, covariance, o->v, o->S, told, status);
@@ -220,6 +247,31 @@ static integer attempt(const Window *s, const real *given, real *memory, real ti
     result[s->result.kkt] = solved.kkt;
     result[s->result.reused] = o->reused[0];
     return status;
+}
+
+/* Where not even the prediction is finite: the window begins anew, with the last estimate. */
+static void begin_anew(const Window *s, const real *given, real *memory, real time, real *result)
+{
+    const Model *m = &s->model;
+    const Memory *at = &s->memory;
+    const Work *o = &s->work;
+    const real *mean = given + at->newest_mean, *P = given + at->newest_covariance;
+    const integer n_x = m->n_x, n_r = m->n_r, means[] = {at->prior_mean, at->newest_mean, at->x,
+                                                         at->x_lin, at->predicted};
+    for (size_t i = 0; i < sizeof means / sizeof *means; i++) copy(memory + means[i], mean, n_x);
+    copy(memory + at->prior_covariance, P, m->n_P);
+    copy(memory + at->newest_covariance, P, m->n_P);
+    memset(memory + at->prior_deviation, 0, (size_t)n_x * sizeof(real));
+    memory[at->count] = 1;
+    memory[at->stayed] = 0;
+    memory[at->times] = time;
+    memory[at->moved] = INFINITY;
+    take_readings(s, memory, 0, s->nothing);
+    o->ring[MADE] = 0;
+    for (integer i = 0; i < n_r * n_r; i++) o->S[i] = NAN;
+    report(m, &s->result, result, time, mean, P, o->v, o->S, o->nothing_present,
+           STATUS_NOT_FINITE | STATUS_NO_READING);
+    result[s->result.iterations] = 0;
 }
 
 void window_step(void *self, const real *given, real *memory, real time, const real *y,
@@ -244,7 +296,10 @@ void window_step(void *self, const real *given, real *memory, real time, const r
         /* A reading so far off that its square overflows would spoil the window for N
          * steps: the instant stays, its readings go. */
         integer status = attempt(s, given, memory, time, s->nothing, start, result);
-        result[s->result.status] = (real)((status & ~STATUS_NO_READING) | STATUS_NOT_FINITE);
+        if (status & STATUS_NOT_FINITE)
+            begin_anew(s, given, memory, time, result);
+        else
+            result[s->result.status] = (real)((status & ~STATUS_NO_READING) | STATUS_NOT_FINITE);
     }
     result[s->result.step_time_s] = (real)(now(s) - start);
 }

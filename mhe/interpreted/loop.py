@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from mhe.interpreted.window_pass import WindowPass
 from mhe.interpreted.window_point import WindowPoint
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.rules import MOST_TURNS
-from mhe.window_memory import Scales, View
+from mhe.window_memory import Scales, View, put
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -36,12 +36,12 @@ class Solved:
     Parameters
     ----------
     newest : update of the newest stage; None where there was no pass
-    covariance : (n_x, n_x) of the newest state
+    known : of the newest state, for its covariance
     kkt : see `estimation.estimate.Estimate.kkt_residual`
     """
 
     newest: Update | None
-    covariance: Array
+    known: GaussianState
     status: Status
     iterations: int = 0
     cost: float = np.nan
@@ -90,7 +90,11 @@ class InterpretedWindow:
         if Status.NOT_FINITE in status:
             nothing = np.full(self._model.n_y, np.nan)
             memory, result, status = self._attempt(given, time_s, nothing)
-            status = status & ~Status.NO_READING | Status.NOT_FINITE
+            if Status.NOT_FINITE in status:
+                memory, result = self._begin_anew(window.newest, time_s)
+                status |= Status.NO_READING
+            else:
+                status = status & ~Status.NO_READING | Status.NOT_FINITE
             self.result.view(result, "status")[...] = status.value
         self._rest.part(self.memory, memory)[:] = rest
         self.result.view(result, "step_time_s")[...] = self._deadline.passed_s
@@ -108,8 +112,16 @@ class InterpretedWindow:
         for k, dt in enumerate(np.diff(window.times)):
             window.x[k + 1] = self._pass.call["move"](window.x[k], window.w[k], dt)[0]
         solved = self._converge(window)
-        state = GaussianState(window.x[-1], solved.covariance)
+        state = replace(solved.known, mean=window.x[-1])
         return memory, self._report(window, state, solved, solved.status)
+
+    def _begin_anew(self, newest: GaussianState, time_s: float) -> tuple[Array, Array]:
+        """Begin a window with the last estimate, where not even its prediction is finite."""
+        memory = np.zeros(self.memory.size)
+        for part in ("prior", "newest"):
+            put(self.memory, memory, part, newest)
+        memory, result, _ = self._attempt(memory, time_s, np.full(self._model.n_y, np.nan))
+        return memory, result
 
     def _attempt(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array, Status]:
         old, capacity = View.of(self.memory, given), self.memory.shapes["times"][0]
@@ -123,14 +135,14 @@ class InterpretedWindow:
             state, solved = self._only_predict(old, window)
         else:
             solved = self._converge(window) if self._scheme.converges else self._one_pass(window)
-            state = GaussianState(window.x[-1], solved.covariance)
+            state = replace(solved.known, mean=window.x[-1])
         status = solved.status
         if has_time and stays > near:
             status |= Status.TIME_LIMIT
         if not (np.isfinite(state.mean).all() and np.isfinite(state.covariance).all()):
             status |= Status.NOT_FINITE
-        window.newest.mean[:], window.newest.covariance[:] = state.mean, state.covariance
-        status |= remarks(self._model, state, y, window.present[-1] > 0)
+        put(self.memory, memory, "newest", state)
+        status |= remarks(self._model, state, y, window.present[-1] > 0) | self._pass.stage.remark()
         return memory, self._report(window, state, solved, status), status
 
     def _report(self, window: View, state: GaussianState, solved: Solved, status: Status) -> Array:
@@ -141,13 +153,13 @@ class InterpretedWindow:
     def _only_predict(self, old: View, window: View) -> tuple[GaussianState, Solved]:
         """Return the newest state as predicted from the last estimate."""
         self._deadline.note_none()
-        covariance = window.newest.covariance
+        known = window.newest
         if len(old.times):
             dt = float(window.times[-1] - old.times[-1])
-            last = GaussianState(old.x[-1], old.newest.covariance)
-            covariance = self._pass.stage.predict(last, dt).state.covariance
-        state = GaussianState(window.x[-1].copy(), covariance)
-        return state, Solved(None, covariance, Status.PREDICTED)
+            last = replace(old.newest, mean=old.x[-1])
+            known = self._pass.stage.predict(last, dt).state
+        state = replace(known, mean=window.x[-1].copy())
+        return state, Solved(None, known, Status.PREDICTED)
 
     def _staying(self, old: View, limit: float) -> int:
         """Return how many stages of the window to come keep their factors, as window.c does."""
@@ -167,7 +179,7 @@ class InterpretedWindow:
         settled = SETTLED * self._reuse
         found = self._pass.run(window, -window.prior_deviation, scales, *at, settled)
         if not (np.isfinite(found.length) and np.isfinite(cost)):
-            return Solved(found.newest, found.covariances[-1], Status.NOT_FINITE, 1)
+            return Solved(found.newest, found.newest.state, Status.NOT_FINITE, 1)
         self._deadline.note_pass(len(window.times) - int(window.stayed), began)
         window.w[:] = found.w
         renewed = slice(found.oldest, None)
@@ -177,7 +189,7 @@ class InterpretedWindow:
             for k, by in list(enumerate(_moved(found)))[renewed]:
                 window.moved[k] = self._judged(window, k, by, found.expected[k])
         kkt = max(np.sqrt(found.length), self._largest_excess(window, found.row_std))
-        return Solved(found.newest, found.covariances[-1], found.held.status, 1, kkt=kkt)
+        return Solved(found.newest, found.newest.state, found.held.status, 1, kkt=kkt)
 
     def _judged(self, window: View, k: int, by: float, expected: Array) -> float:
         """Return how far a stage is from its linearisation point, squared, as one_pass.c does."""
@@ -197,7 +209,7 @@ class InterpretedWindow:
         point = WindowPoint(self._pass, window, self._deadline)
         if not np.isfinite(point.readings):
             found = self._pass.run(window, point.d, point.scales)
-            return Solved(found.newest, found.covariances[-1], Status.NOT_FINITE, 1)
+            return Solved(found.newest, found.newest.state, Status.NOT_FINITE, 1)
         end = descend(point, point.z, point.cost, self._scheme)
         for _ in range(MOST_TURNS):
             if end.status is not Status.SOLVED or not point.is_wound:
@@ -208,8 +220,7 @@ class InterpretedWindow:
         assert point.found is not None
         found = point.found
         kkt = max(end.kkt, self._largest_excess(window, found.row_std))
-        covariance = found.covariances[-1]
-        return Solved(found.newest, covariance, end.status, end.iterations, end.cost, kkt)
+        return Solved(found.newest, found.newest.state, end.status, end.iterations, end.cost, kkt)
 
 
 def _moved(found: Pass) -> Array:

@@ -12,7 +12,7 @@ from mhe.arrival_cost import ARRIVAL_COSTS, Slide
 from mhe.config import RealTimeConfig
 from mhe.interpreted.window_pass import WindowPass
 from mhe.trajectory import Trajectory
-from mhe.window_memory import BETWEEN_STAGES, PER_STAGE, View
+from mhe.window_memory import BETWEEN_STAGES, PER_STAGE, View, put
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -55,7 +55,7 @@ class WindowSlider:
             getattr(new, block)[: max(kept - 1, 0)] = getattr(old, block)[dropped:]
         if dropped:
             prior, new.prior_deviation[:] = self._arrive(old, stays > 0)
-            new.prior.mean[:], new.prior.covariance[:] = prior.mean, prior.covariance
+            put(layout, memory, "prior", prior)
         new.demanded[-1], new.active[-1] = constraint_rows.demanded(self._model, y), 0
         new.times[-1], new.y[-1] = time_s, without_gaps(y)
         new.present[-1] = rows_present(self._model, y)

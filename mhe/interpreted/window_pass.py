@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from estimation.kalman_stage import Prediction, Update
+from estimation.square_roots import spread_root
 from estimation.status import Status
 from mhe.config import WindowConfig
 from mhe.interpreted.active_set import ActiveSet, Held
@@ -147,7 +148,7 @@ class WindowPass(WindowTrajectory):
             u = forward.updates[k]
             if k < stayed:
                 shift = lam_hat - window.costate[k]
-                moves = np.sqrt(max(shift @ u.state.covariance @ shift, 0.0))
+                moves = np.sqrt(max(shift @ self._spread(u.state, shift), 0.0))
                 if moves + window.away[:k].sum() <= settled:
                     window.away[k], oldest = moves, k + 1
                     break
@@ -163,10 +164,16 @@ class WindowPass(WindowTrajectory):
         self, u: Update, lam_hat: Array, deviation: Array, e: Array
     ) -> tuple[Array, Array, float, Array]:
         """Return a stage's smoothed deviation, λ in front of it, length, expected residuals."""
-        [spread] = self.call["spread"](u.state.covariance, lam_hat)
+        spread = self._spread(u.state, lam_hat)
         smoothed = self.call["smooth"](deviation, spread, lam_hat, u.W, e, u.L, u.H)
         d_s, lam, part, expected = smoothed
         return d_s, lam, float(part[0]), expected
+
+    def _spread(self, gaussian: GaussianState, v: Array) -> Array:
+        """Return P v (n_x,)."""
+        if gaussian.root is not None:
+            return spread_root(gaussian.root, v)
+        return self.call["spread"](gaussian.covariance, v)[0]
 
     def _pushed(self, forward: Forward, impulses: Array) -> tuple[Array, Array]:
         """Return what impulses change in δ⁺ (n, n_x), before their own stage's, and in e."""
@@ -176,7 +183,7 @@ class WindowPass(WindowTrajectory):
             return d_shift, e_shift
         for k in range(1, len(impulses)):
             before, here = forward.updates[k - 1], forward.updates[k]
-            shift = d_shift[k - 1] - before.state.covariance @ impulses[k - 1]
+            shift = d_shift[k - 1] - self._spread(before.state, impulses[k - 1])
             F = forward.predictions[k - 1].F
             e_shift[k], d_shift[k] = self.call["propagate"](shift, F, here.W, here.L, here.H)
         return d_shift, e_shift
@@ -214,6 +221,6 @@ class WindowPass(WindowTrajectory):
                 lam_hat, _ = self.call["retreat"](lam, ahead.F, ahead.G, scale)
             lam_hat = lam_hat + impulses[k]
             u = forward.updates[k]
-            response[k] = C[k].T @ (u.state.covariance @ lam_hat - d_shift[k])
+            response[k] = C[k].T @ (self._spread(u.state, lam_hat) - d_shift[k])
             [lam] = self.call["absorb"](lam_hat, u.W, e_shift[k], u.L, u.H)
         return response.ravel()

@@ -8,7 +8,7 @@ from estimation.function_call import FunctionCall
 from estimation.kalman_stage import KalmanStage
 from mhe import constraint_rows
 from mhe.config import WindowConfig
-from mhe.stage_functions import spread_function, window_functions
+from mhe.stage_functions import carry_function, pass_functions, window_functions
 from mhe.window_memory import Scales, View
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -19,8 +19,9 @@ class WindowTrajectory:
 
     def __init__(self, model: StateSpaceModel, config: WindowConfig) -> None:
         self.stage = KalmanStage(model)
-        functions = window_functions(model, *self.stage.functions)
-        functions = [*functions, spread_function(model)]
+        functions = [*window_functions(model), *pass_functions(model, *self.stage.functions)]
+        if (carry := carry_function(model)) is not None:
+            functions.append(carry)
         self.call = {function.name(): FunctionCall(function) for function in functions}
         self.n_c = constraint_rows.count(model)
         self._thresholds = config.thresholds([sensor.name for sensor in model.sensors])

@@ -16,7 +16,7 @@ import casadi as ca
 
 from estimation.kalman_stage import stage_functions
 from mhe.config import MheConfig
-from mhe.stage_functions import spread_function, window_functions
+from mhe.stage_functions import pass_functions, window_functions
 from models.state_space import StateSpaceModel
 
 FREE = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_PARAMETER)
@@ -90,5 +90,5 @@ def uncounted(estimator: str) -> str:
 
 def _by_name(model: StateSpaceModel) -> Mapping[str, int]:
     stage = stage_functions(model)
-    functions = (*stage, *window_functions(model, *stage[:2]), spread_function(model))
+    functions = (*stage, *window_functions(model), *pass_functions(model, *stage[:2]))
     return {function.name(): operations(function) for function in functions}

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from estimation import native
-from estimation.engine import Model
 from estimation.layout import Layout, declaration, offset_structure
+from estimation.machine import Function
 from estimation.result import result_layout
 from tests.engines import needs_compiler
 from tests.linear_models import coupled_system
@@ -87,7 +87,7 @@ def test_declaration_names_every_field_and_its_type() -> None:
 @needs_compiler
 def test_c_and_python_agree_where_a_field_stands(tmp_path: Path) -> None:
     """A program prints the places that the compiler gives to what is declared for it."""
-    kinds = [Model, offset_structure("Result", tuple(LAYOUT.shapes))]
+    kinds = [Function, offset_structure("Result", tuple(LAYOUT.shapes))]
     fields = [(kind, name) for kind in kinds for name, *_ in kind._fields_]
     source = "\n".join(
         [

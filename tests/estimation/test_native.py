@@ -123,7 +123,7 @@ def test_cache_is_used_again_and_told_apart_by_content(
 @pytest.mark.usefixtures("own_cache")
 def test_a_compiler_that_fails_says_so() -> None:
     with pytest.raises(RuntimeError, match="could not compile"):
-        native.shared_libraries(["this is not C"])
+        native.shared_libraries([native.CSource("this is not C")])
 
 
 @pytest.mark.usefixtures("own_cache")

@@ -8,10 +8,16 @@ import sys
 from pathlib import Path
 
 import casadi as ca
+import numpy as np
 import pytest
 
+from ekf_baseline.ekf import Ekf
 from estimation import native
+from estimation.recording import Measurement
+from models.arrays import Array
+from models.pen import pen_model
 from tests.engines import needs_compiler
+from tests.estimation import pens
 
 pytestmark = needs_compiler
 
@@ -34,6 +40,10 @@ for build in (Ekf, lambda model: Mhe(model, MheConfig(horizon=3))):
         state, estimate = estimator.step(state, measurement)
     print(estimate.state.mean.tolist(), estimate.state.covariance.tolist())
 """
+
+
+def built(function: ca.Function) -> list[Path]:
+    return native.shared_libraries([native.CSource(native.generated([function]))])
 
 
 def small_function(factor: float = 2.0) -> ca.Function:
@@ -82,17 +92,17 @@ def test_where_the_cache_cannot_be_written_the_process_has_its_own(
     blocked.parent.touch()
     monkeypatch.setenv("PEN_MHE_CACHE", str(blocked))
     with pytest.warns(RuntimeWarning, match="cache .*file/cache: Not a directory, so") as told:
-        [first] = native.function_libraries([[small_function()]])
+        [first] = built(small_function())
     assert len(told) == 1
     assert first.is_file()
-    assert native.function_libraries([[small_function()]]) == [first]
-    assert native.function_libraries([[small_function(3.0)]])[0].parent == first.parent
+    assert built(small_function()) == [first]
+    assert built(small_function(3.0))[0].parent == first.parent
 
 
 def test_a_cache_that_is_only_read_serves(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = native.function_libraries([[small_function()]])
+    made = built(small_function())
     monkeypatch.setattr(native, "_writable", pytest.fail)
-    assert native.function_libraries([[small_function()]]) == made
+    assert built(small_function()) == made
 
 
 def test_the_processor_is_more_than_its_architecture() -> None:
@@ -136,3 +146,25 @@ def test_several_processes_start_with_an_empty_cache(tmp_path: Path) -> None:
     together, alone = libraries(tmp_path / "together"), libraries(tmp_path / "alone")
     assert together == alone, "not one library per hash, or something left behind"
     assert all(name.endswith(".so") for name in together)
+
+
+def test_a_second_pen_of_the_same_shape_compiles_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Lengths and levels of noise are arguments of what is compiled; zeros are part of a shape."""
+    monkeypatch.setenv("PEN_MHE_CACHE", str(tmp_path))
+    first = pens.pen_config()
+    data = first.model_dump()
+    data["sensors"]["accel"]["position_m"] = (0.0, 0.0, 0.137)
+    data["sensors"]["accel"]["noise_density_m_s2_per_sqrt_hz"] *= 1.7
+    data["sensors"]["camera"]["position_m"] = (0.0, 0.0, 0.171)
+    second = type(first).model_validate(data)
+    y = np.linspace(0.1, 0.9, 12)
+    means, built_by = list[Array](), list[set[str]]()
+    for pen in (first, second):
+        ekf = Ekf(pen_model(pen))
+        state, _ = ekf.step(ekf.init(), Measurement(0.0, y))
+        means.append(ekf.step(state, Measurement(0.01, y))[1].state.mean)
+        built_by.append(libraries(tmp_path))
+    assert built_by[0] == built_by[1] != set()
+    assert np.abs(means[0] - means[1]).max() > 1e-6

@@ -10,7 +10,7 @@ from estimation.estimator import run as drive
 from estimation.function_call import FunctionCall
 from estimation.kalman_stage import stage_functions
 from mhe.config import WindowConfig
-from mhe.stage_functions import spread_function, window_functions
+from mhe.stage_functions import pass_functions, window_functions
 from models.turntable import turntable_model
 from pen_mhe.estimators import create_estimator, settings_read
 from suites.tilt.cases import CASES
@@ -82,7 +82,7 @@ def test_operations_are_those_that_are_called(
         expected = mhe_operations(model, horizon, passes, searches=estimator == "mhe")
         own = 2 * horizon * passes
     stage = stage_functions(model)
-    functions = (*stage, *window_functions(model, *stage[:2]), spread_function(model))
+    functions = (*stage, *window_functions(model), *pass_functions(model, *stage[:2]))
     of = {f.name(): operations(f) for f in functions}
     found = sum(of[name] * calls for name, calls in counted.items()) / steps
     # The interpreter brings the mean of every stage back within a turn, before and after its
