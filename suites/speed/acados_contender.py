@@ -14,6 +14,7 @@ an attitude they are much shorter there. Bounds on states are bounds on δ.
 from __future__ import annotations
 
 import tempfile
+from functools import lru_cache
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ from models.state_space import StateSpaceModel
 from suites.speed.acados_library import AcadosLibrary, acados_library, quietly_building
 from suites.speed.acados_settings import AcadosSettings
 from suites.speed.clock import Counted
-from suites.speed.contender import RaceOutcome, knows_only_bounds
+from suites.speed.contender import RaceOutcome, in_silence, knows_only_bounds
 from suites.speed.gauss_newton_qp import linear_gap, linear_prior, linear_residual
 from suites.speed.stagewise import bounded_states, trajectory_of
 from suites.speed.windows import SpeedWindow
@@ -58,10 +59,7 @@ class Acados:
         knows_only_bounds(model)
         self.version, self._call_only = f"{library.version}: {settings}", call_only
         self._model, self._N, self._bounded = model, len(example.dt), bounded_states(model)
-        with tempfile.TemporaryDirectory() as folder, quietly_building(library):
-            problem = acados_problem(library, model, self._N, settings, Path(folder))
-            json = str(Path(folder) / "problem.json")
-            self._solver = library.interface.AcadosOcpSolver(problem, json_file=json, verbose=False)
+        self._solver = _solver(model, self._N, settings)
 
     def prepare(self, item: SpeedWindow) -> None:
         """Write the window into the parameters; the warm start is zero, whatever came before."""
@@ -90,6 +88,16 @@ class Acados:
             steps += [self._solver.get(k, "u"), self._solver.get(k + 1, "x")]
         trajectory = trajectory_of(np.concatenate(steps), self._window)
         return RaceOutcome(self._status == 0, trajectory.states[-1], trajectory)
+
+
+@lru_cache(maxsize=2)
+def _solver(model: StateSpaceModel, horizon: int, settings: AcadosSettings) -> Any:
+    """Generate and compile a solver; two contenders in turn may share it."""
+    library = acados_library()
+    with tempfile.TemporaryDirectory() as folder, in_silence(), quietly_building(library):
+        problem = acados_problem(library, model, horizon, settings, Path(folder))
+        json = str(Path(folder) / "problem.json")
+        return library.interface.AcadosOcpSolver(problem, json_file=json, verbose=False)
 
 
 def acados_problem(
@@ -126,6 +134,8 @@ def acados_problem(
     options.hpipm_mode = settings.hpipm_mode
     options.qp_solver_warm_start = settings.warm_start
     options.levenberg_marquardt = settings.levenberg
+    options.qp_solver_ric_alg = settings.riccati
+    options.qp_solver_cond_ric_alg = settings.riccati
     options.ext_fun_compile_flags = FLAGS
     return ocp
 

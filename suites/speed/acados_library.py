@@ -47,7 +47,6 @@ class AcadosLibrary:
     version: str
 
 
-@cache
 def acados_library() -> AcadosLibrary:
     """Load acados.
 
@@ -61,6 +60,11 @@ def acados_library() -> AcadosLibrary:
         raise ContenderAbsentError(f"acados is not installed ({FOLDER} names no folder with it)")
     if native.compiler() is None:
         raise ContenderAbsentError("acados needs a C compiler")
+    return _loaded(folder)
+
+
+@cache
+def _loaded(folder: str) -> AcadosLibrary:
     installed = Path(folder).resolve() / "acados" / "install"
     ending = ".dylib" if sys.platform == "darwin" else ".so"
     try:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from types import MappingProxyType
 
+from suites.speed.acados_contender import Acados
+from suites.speed.acados_settings import ACADOS, ACADOS_TUNED
 from suites.speed.contender import (
     ALGEBRA,
     BATCH,
@@ -30,6 +32,7 @@ from suites.speed.filterpy_contender import Filterpy
 from suites.speed.ipopt_contender import Ipopt
 from suites.speed.osqp_contender import DEFAULT, RHOS, TUNED, TUNED_BOUNDED, Osqp
 from suites.speed.own_contenders import LIVE, LIVE_HORIZON, Batch, LiveStep, WindowStep
+from suites.speed.qp_contenders import Clarabel, Piqp, Qpalm
 from suites.speed.samples import Sample, SampleStream
 from suites.speed.windows import SpeedWindow
 
@@ -49,6 +52,14 @@ WINDOW_CONTENDERS: tuple[Entry[SpeedWindow], ...] = (
     *(
         Entry(name, mode, partial(build, call_only=mode == PASS_CALL))
         for name, build in QP_CONTENDERS.items()
+        for mode in (ONE_PASS, PASS_CALL)
+    ),
+    Entry("clarabel", ONE_PASS, Clarabel),
+    Entry("piqp", ONE_PASS, Piqp),
+    Entry("qpalm", ONE_PASS, Qpalm),
+    *(
+        Entry(name, mode, partial(Acados, settings=settings, call_only=mode == PASS_CALL))
+        for name, settings in (("acados", ACADOS), ("acados-tuned", ACADOS_TUNED))
         for mode in (ONE_PASS, PASS_CALL)
     ),
     Entry("mhe", CONVERGED, partial(WindowStep, name="mhe")),
