@@ -83,19 +83,16 @@ def _loaded(folder: str) -> AcadosLibrary:
 @contextmanager
 def quietly_building(library: AcadosLibrary) -> Iterator[None]:
     """Let acados find its parts; what it, its template renderer and make print is not shown."""
-    own = {
-        "ACADOS_SOURCE_DIR": str(library.installed),
-        "ACADOS_PYTHON_INTERFACE_PATH": str(library.installed.parent / "acados_template"),
-        "TERA_PATH": str(library.installed / "bin" / "t_renderer"),
-    }
-    before = {name: os.environ.get(name) for name in own}
+    # Names of acados alone, which it reads at every turn.
+    os.environ["ACADOS_SOURCE_DIR"] = str(library.installed)
+    os.environ["ACADOS_PYTHON_INTERFACE_PATH"] = str(library.installed.parent / "acados_template")
+    os.environ["TERA_PATH"] = str(library.installed / "bin" / "t_renderer")
     directory = Path.cwd()
     sys.stdout.flush()
     kept = [os.dup(stream) for stream in (1, 2)]
     with open(os.devnull, "w") as nowhere:
         os.dup2(nowhere.fileno(), 1)
         os.dup2(nowhere.fileno(), 2)
-    os.environ.update(own)
     try:
         yield
     finally:
@@ -104,11 +101,6 @@ def quietly_building(library: AcadosLibrary) -> Iterator[None]:
         for stream, copy in zip((1, 2), kept, strict=True):
             os.dup2(copy, stream)
             os.close(copy)
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 @contextmanager

@@ -1,6 +1,6 @@
 """Settings of acados: its own, the best of those that were tried, and what was tried.
 
-`python -m suites.speed.acados_grid` tries them again. Condensing gains nothing where there are as
+`python -m tests.suites.speed.acados_grid` tries them again. Condensing gains nothing where there are as
 many noises as states: a block of two stages has twice the inputs of one. A warm interior point is
 no quicker than a cold one. Tolerances of 1e-4 save a third with bounds and miss the step by 3e-2
 standard deviations; another first barrier (0.1, 1, 10) saves nothing.

@@ -47,7 +47,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Turn:
+class TurnTimes:
     """All repeats of one contender on one item."""
 
     readings: tuple[Reading, ...]
@@ -62,9 +62,9 @@ class Turn:
         """(repeats,) CPU times, s."""
         return np.array([reading.cpu_s for reading in self.readings])
 
-    def per(self, samples: int) -> Turn:
+    def per(self, samples: int) -> TurnTimes:
         """Return the turn divided by the samples that it took."""
-        return Turn(
+        return TurnTimes(
             tuple(Reading(r.wall_s / samples, r.cpu_s / samples, r.clock) for r in self.readings)
         )
 
@@ -96,10 +96,5 @@ def clock_floor_ns() -> int:
 def _empty_ns() -> int:
     cpu_ns = time.thread_time_ns()
     wall_ns = time.perf_counter_ns()
-    _nothing()
     _ = time.perf_counter_ns() - wall_ns
     return time.thread_time_ns() - cpu_ns
-
-
-def _nothing() -> None:
-    """Take what calling a contender takes."""

@@ -18,7 +18,7 @@ from typing import Generic
 import numpy as np
 
 from models.state_space import StateSpaceModel
-from suites.speed.clock import Reading, Turn, clock_floor_ns, read
+from suites.speed.clock import Reading, TurnTimes, clock_floor_ns, read
 from suites.speed.contender import Contender, ContenderAbsentError, Entry, ItemT, RaceOutcome
 
 TURN_S = 2e-3
@@ -40,7 +40,7 @@ class Racer(Generic[ItemT]):
     entry: Entry[ItemT]
     contender: Contender[ItemT]
     build_s: float
-    turns: list[Turn] = field(default_factory=list)
+    turns: list[TurnTimes] = field(default_factory=list)
     outcomes: list[RaceOutcome] = field(default_factory=list)
 
     @property
@@ -96,7 +96,7 @@ def race(racers: Sequence[Racer[ItemT]], items: Sequence[ItemT], warm_up: int) -
     return (time.process_time() - used_s) / (time.perf_counter() - began_s)
 
 
-def _turn(contender: Contender[ItemT], item: ItemT, floor_ns: int) -> tuple[Turn, RaceOutcome]:
+def _turn(contender: Contender[ItemT], item: ItemT, floor_ns: int) -> tuple[TurnTimes, RaceOutcome]:
     """Return the times of one contender on one item, and what it found."""
     readings: list[Reading] = []
     spent_s = 0.0
@@ -105,7 +105,7 @@ def _turn(contender: Contender[ItemT], item: ItemT, floor_ns: int) -> tuple[Turn
         reading = read(contender.solve, floor_ns)
         readings.append(reading)
         spent_s += reading.wall_s
-    return Turn(tuple(readings)), contender.outcome()
+    return TurnTimes(tuple(readings)), contender.outcome()
 
 
 @contextmanager

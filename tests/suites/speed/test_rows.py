@@ -11,7 +11,7 @@ import pytest
 
 from models.gaussian import GaussianState
 from models.turntable import paper_turntable, turntable_model
-from suites.speed.clock import THREAD_CLOCK, Reading, Turn
+from suites.speed.clock import THREAD_CLOCK, Reading, TurnTimes
 from suites.speed.contender import BATCH, ONE_PASS, STEP, Entry, RaceOutcome
 from suites.speed.contenders import (
     REUSE_CONTENDERS,
@@ -58,7 +58,7 @@ def test_a_row_summarises_a_racer() -> None:
         newest = reference.mean + np.array([0, away - 2 * np.pi, 0, 0])
         # Three repeats, of which one was interrupted; wall time twice the CPU time.
         repeats = (time_s, 0.5 * time_s, 4.0 * time_s)
-        racer.turns.append(Turn(tuple(Reading(each, each / 2) for each in repeats)))
+        racer.turns.append(TurnTimes(tuple(Reading(each, each / 2) for each in repeats)))
         racer.outcomes.append(RaceOutcome(time_s < 5, newest))
     free = Problem("pen15", 20, 3)
     made = row(racer, free, model, [reference] * 3, lambda i, _: Quality(float(i), 0.1 * i))
@@ -105,7 +105,7 @@ def timed(key: Key, cpu_min_s: float, core_share: float = 1.0) -> Row:
         median_s=1.0,
         min_s=1.0,
         cpu_min_s=cpu_min_s,
-        cpu_median_s=1.5 * cpu_min_s,
+        cpu_median_s=cpu_min_s + 1e-6,
         core_share=core_share,
     )
 
