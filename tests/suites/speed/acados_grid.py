@@ -1,4 +1,4 @@
-"""Try acados' settings on a problem: ``python -m tests.suites.speed.acados_grid pen15_20_bounded``."""
+"""Try acados' settings: ``python -m tests.suites.speed.acados_grid pen15_20_bounded``."""
 
 from __future__ import annotations
 
