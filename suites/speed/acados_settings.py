@@ -2,8 +2,8 @@
 
 `python -m tests.suites.speed.acados_grid` tries them again. Condensing gains nothing where there
 are as many noises as states: a block of two stages has twice the inputs of one. A warm interior
-point is no quicker than a cold one. Tolerances of 1e-4 save a third with bounds and miss the step by 3e-2
-standard deviations; another first barrier (0.1, 1, 10) saves nothing.
+point is no quicker than a cold one. Tolerances of 1e-4 save a third with bounds and miss the step
+by 3e-2 standard deviations; another first barrier (0.1, 1, 10) saves nothing.
 """
 
 from __future__ import annotations
