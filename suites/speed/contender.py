@@ -19,6 +19,7 @@ from typing import Any, Generic, Protocol, TypeVar
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.state_space import StateSpaceModel
+from suites.speed.clock import Counted
 
 ItemT = TypeVar("ItemT")
 ItemIn = TypeVar("ItemIn", contravariant=True)
@@ -60,8 +61,8 @@ class Contender(Protocol[ItemIn]):
     def prepare(self, item: ItemIn) -> None:
         """Bring an item into the contender's own form; may be called again for the same item."""
 
-    def solve(self) -> float | None:
-        """Do the work; timed. Return seconds to count instead of the wall time, or None."""
+    def solve(self) -> Counted | None:
+        """Do the work; timed. Return what to count instead of all of it, or None."""
 
     def outcome(self) -> RaceOutcome:
         """Return what the last `solve` found; it ends the turn."""

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import partial
+from types import MappingProxyType
 
+from suites.speed.acados_contender import Acados
+from suites.speed.acados_settings import ACADOS, ACADOS_TUNED
 from suites.speed.contender import (
     ALGEBRA,
     BATCH,
@@ -18,6 +22,7 @@ from suites.speed.contender import (
     PASS_CALL,
     STEP,
     STREAM_CALL,
+    Contender,
     Entry,
 )
 from suites.speed.dompc_contender import DoMpc
@@ -27,23 +32,44 @@ from suites.speed.filterpy_contender import Filterpy
 from suites.speed.ipopt_contender import Ipopt
 from suites.speed.osqp_contender import DEFAULT, RHOS, TUNED, TUNED_BOUNDED, Osqp
 from suites.speed.own_contenders import LIVE, LIVE_HORIZON, Batch, LiveStep, WindowStep
+from suites.speed.qp_contenders import Clarabel, Piqp, Qpalm
 from suites.speed.samples import Sample, SampleStream
 from suites.speed.windows import SpeedWindow
+
+QP_CONTENDERS: Mapping[str, Callable[..., Contender[SpeedWindow]]] = MappingProxyType(
+    {
+        "osqp": partial(Osqp, settings=DEFAULT, bounded_settings=DEFAULT),
+        "osqp-tuned": partial(
+            Osqp, settings=TUNED, bounded_settings=TUNED_BOUNDED, bounded_rhos=RHOS
+        ),
+    }
+)
+"""What solves one Gauss-Newton step as a QP; each also tells the time of its compiled calls."""
 
 WINDOW_CONTENDERS: tuple[Entry[SpeedWindow], ...] = (
     Entry("mhe-rti", ONE_PASS, partial(WindowStep, name="mhe-rti")),
     Entry("mhe-rti", PASS_CALL, partial(WindowStep, name="mhe-rti", call_only=True)),
-    Entry("osqp", ONE_PASS, partial(Osqp, settings=DEFAULT, bounded_settings=DEFAULT)),
-    Entry(
-        "osqp-tuned",
-        ONE_PASS,
-        partial(Osqp, settings=TUNED, bounded_settings=TUNED_BOUNDED, bounded_rhos=RHOS),
+    *(
+        Entry(name, mode, partial(build, call_only=mode == PASS_CALL))
+        for name, build in QP_CONTENDERS.items()
+        for mode in (ONE_PASS, PASS_CALL)
+    ),
+    Entry("clarabel", ONE_PASS, Clarabel),
+    Entry("piqp", ONE_PASS, Piqp),
+    Entry("qpalm", ONE_PASS, Qpalm),
+    *(
+        Entry(name, mode, partial(Acados, settings=settings, call_only=mode == PASS_CALL))
+        for name, settings in (("acados", ACADOS), ("acados-tuned", ACADOS_TUNED))
+        for mode in (ONE_PASS, PASS_CALL)
     ),
     Entry("mhe", CONVERGED, partial(WindowStep, name="mhe")),
     Entry("mhe", CONVERGED_CALL, partial(WindowStep, name="mhe", call_only=True)),
     Entry("fatrop", CONVERGED, Fatrop),
-    Entry("ipopt", CONVERGED, partial(Ipopt, exact_hessian=False)),
-    Entry("ipopt-exact", CONVERGED, partial(Ipopt, exact_hessian=True)),
+    *(
+        Entry(name, mode, partial(Ipopt, exact_hessian=exact, call_only=mode == CONVERGED_CALL))
+        for name, exact in (("ipopt", False), ("ipopt-exact", True))
+        for mode in (CONVERGED, CONVERGED_CALL)
+    ),
     Entry("do-mpc", CONVERGED, DoMpc),
 )
 """What solves windows."""

@@ -52,7 +52,7 @@ class GaussNewtonQp:
         """Write down and compile the functions of a stage, and put the stages together."""
         n_x, n_w, n_y, n_r, N = model.n_x, model.n_w, model.n_y, model.n_r, horizon
         first, seen, moved = (
-            compiled(function) for function in (_first(model), _seen(model), _moved(model))
+            compiled(function) for function in (_first(model), _seen(model), linear_gap(model))
         )
         x_prior, L_inverse = ca.MX.sym("x_prior", n_x), ca.MX.sym("L_inverse", n_x, n_x)
         y, present = ca.MX.sym("y", n_y, N + 1), ca.MX.sym("present", n_r, N + 1)
@@ -131,7 +131,7 @@ def _picked(labels: sp.csc_array, *values: ca.MX) -> ca.MX:
     return flat.nz[(labels.data.astype(int) - 1).tolist()]
 
 
-def _whitened(model: StateSpaceModel) -> tuple[list[ca.SX], ca.SX, ca.SX]:
+def linear_residual(model: StateSpaceModel) -> tuple[list[ca.SX], ca.SX, ca.SX]:
     """Return (x, y, present, scale), the residual r of a stage and H = ∂r/∂δ."""
     x, y = ca.SX.sym("x", model.n_x), ca.SX.sym("y", model.n_y)
     present, scale = ca.SX.sym("present", model.n_r), ca.SX.sym("scale", model.n_x)
@@ -145,24 +145,34 @@ def _whitened(model: StateSpaceModel) -> tuple[list[ca.SX], ca.SX, ca.SX]:
 
 
 def _seen(model: StateSpaceModel) -> ca.Function:
-    given, r, H = _whitened(model)
+    given, r, H = linear_residual(model)
     return ca.Function("seen", given, [ca.triu(H.T @ H), ca.densify(H.T @ r)], {"cse": True})
 
 
-def _first(model: StateSpaceModel) -> ca.Function:
-    (x, *others), r, H = _whitened(model)
+def linear_prior(model: StateSpaceModel) -> ca.Function:
+    """Return the function (x, scale, prior x, L̄⁻¹) → (r, W): the prior's residual r + W δ."""
+    x, scale = ca.SX.sym("x", model.n_x), ca.SX.sym("scale", model.n_x)
     x_prior, d = ca.SX.sym("x_prior", model.n_x), ca.SX.sym("d", model.n_x)
     L_inverse = ca.SX.sym("L_inverse", model.n_x, model.n_x)
     lower = ca.tril(L_inverse)
-    W = lower @ along(away(model, moved(model, x, d), x_prior), d) @ ca.diag(others[-1])
-    P, q = W.T @ W + H.T @ H, W.T @ (lower @ away(model, x, x_prior)) + H.T @ r
+    W = lower @ along(away(model, moved(model, x, d), x_prior), d) @ ca.diag(scale)
+    r = lower @ away(model, x, x_prior)
+    return ca.Function("linear_prior", [x, scale, x_prior, L_inverse], [r, W])
+
+
+def _first(model: StateSpaceModel) -> ca.Function:
+    (x, *others), r, H = linear_residual(model)
+    x_prior = ca.SX.sym("x_prior", model.n_x)
+    L_inverse = ca.SX.sym("L_inverse", model.n_x, model.n_x)
+    r_prior, W = linear_prior(model)(x, others[-1], x_prior, L_inverse)
+    P, q = W.T @ W + H.T @ H, W.T @ r_prior + H.T @ r
     return ca.Function(
         "first", [x, *others, x_prior, L_inverse], [ca.triu(P), ca.densify(q)], {"cse": True}
     )
 
 
-def _moved(model: StateSpaceModel) -> ca.Function:
-    """(x, w, Δt, next x, scale) → (-F, -G, b), along δ and ω."""
+def linear_gap(model: StateSpaceModel) -> ca.Function:
+    """Return the function (x, w, Δt, next x, scale) → (-F, -G, b), along δ and ω."""
     x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
     x_next, scale = ca.SX.sym("x_next", model.n_x), ca.SX.sym("scale", model.n_x)
     d = ca.SX.sym("d", model.n_x)

@@ -19,17 +19,18 @@ off) and ``rho`` is fixed.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from benchmark.bound_call import BoundCall
 from models.state_space import StateSpaceModel
-from suites.speed.contender import RaceOutcome, knows_only_bounds, peer
-from suites.speed.gauss_newton_qp import GaussNewtonQp, qp_arguments
-from suites.speed.stagewise import bounded_states, trajectory_of
+from suites.speed.clock import Counted
+from suites.speed.contender import RaceOutcome, peer
+from suites.speed.qp_step import QpStep
+from suites.speed.stagewise import bounded_states
 from suites.speed.windows import SpeedWindow
 
 DEFAULT: Mapping[str, Any] = MappingProxyType({"verbose": False})
@@ -59,7 +60,7 @@ RHOS = (3.0, 10.0, 30.0, 100.0, 300.0)
 """What to choose ``rho`` from with bounds."""
 
 
-class Osqp:
+class Osqp(QpStep):
     """A Gauss-Newton step, solved by OSQP.
 
     Parameters
@@ -67,6 +68,8 @@ class Osqp:
     settings : of OSQP
     bounded_settings : instead of those, where the model has bounds
     bounded_rhos : where it has, takes the best of them
+    call_only : count the compiled linearisation and what OSQP says of its update and its
+        solution, in wall time
     """
 
     def __init__(
@@ -76,18 +79,15 @@ class Osqp:
         settings: Mapping[str, Any],
         bounded_settings: Mapping[str, Any],
         bounded_rhos: Sequence[float] = (),
+        call_only: bool = False,
     ) -> None:
+        self._call_only = call_only
         osqp, self.version = peer("osqp", "osqp")
-        knows_only_bounds(model)
-        qp = GaussNewtonQp.build(model, len(example.dt))
-        self._numbers = BoundCall(qp.numbers)
-        self._write(example)
-        self._numbers.evaluate()
-        P, q, A, lower, upper = self._numbers.results
-        qp.P.data, qp.A.data = P.copy(), A.copy()
+        super().__init__(model, example)
+        _, q, _, lower, upper = self.numbers()
         self._solver = osqp.OSQP()
         chosen = bounded_settings if bounded_states(model) else settings
-        self._solver.setup(qp.P, q, qp.A, lower, upper, **chosen)
+        self._solver.setup(self.qp.P, q, self.qp.A, lower, upper, **chosen)
         self._start, self._multipliers = np.zeros(len(q)), np.zeros(len(lower))
         if bounded_states(model) and bounded_rhos:
             rho = min(bounded_rhos, key=lambda rho: self._iterations(rho, example))
@@ -95,21 +95,21 @@ class Osqp:
 
     def prepare(self, item: SpeedWindow) -> None:
         """Write the window into the arguments; the warm start is zero."""
-        self._window = item
-        self._write(item)
+        super().prepare(item)
         self._solver.warm_start(x=self._start, y=self._multipliers)
 
-    def solve(self) -> None:
+    def solve(self) -> Counted | None:
         """Linearise, update, solve."""
-        self._numbers.evaluate()
-        P, q, A, lower, upper = self._numbers.results
+        start = time.perf_counter()
+        P, q, A, lower, upper = self.numbers()
+        linearised_s = time.perf_counter() - start
         self._solver.update(Px=P, Ax=A, q=q, l=lower, u=upper)
         self._result = self._solver.solve(raise_error=False)
+        return Counted(linearised_s + self._result.info.run_time) if self._call_only else None
 
     def outcome(self) -> RaceOutcome:
         """Unpack the step."""
-        trajectory = trajectory_of(self._result.x, self._window)
-        return RaceOutcome(self._result.info.status_val == 1, trajectory.states[-1], trajectory)
+        return self.found(self._result.info.status_val == 1, self._result.x)
 
     def _iterations(self, rho: float, window: SpeedWindow) -> int:
         """Return how many iterations a window takes with some rho."""
@@ -117,7 +117,3 @@ class Osqp:
         self.prepare(window)
         self.solve()
         return int(self._result.info.iter)
-
-    def _write(self, window: SpeedWindow) -> None:
-        for argument, value in zip(self._numbers.arguments, qp_arguments(window), strict=True):
-            argument[:] = value

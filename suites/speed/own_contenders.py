@@ -24,6 +24,7 @@ from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import ESTIMATORS, create_estimator, settings_read
+from suites.speed.clock import Counted
 from suites.speed.contender import OVERHEAD, STEP, ContenderAbsentError, RaceOutcome
 from suites.speed.held_rows import HeldRows
 from suites.speed.samples import Sample, SampleStream
@@ -83,10 +84,10 @@ class WindowStep:
         self._estimator.step(self._after(item, other), self._newest)
         self.state = self._after(item, prior)
 
-    def solve(self) -> float | None:
+    def solve(self) -> Counted | None:
         """Take the step."""
         self._next, self.estimate = self._estimator.step(self.state, self._newest)
-        return self.estimate.call_s if self._call_only else None
+        return Counted(self.estimate.call_s) if self._call_only else None
 
     def outcome(self) -> RaceOutcome:
         """Read the window out of the state."""
@@ -137,14 +138,15 @@ class LiveStep:
         if self._before is not None:
             self._estimator.step(*self._before)
 
-    def solve(self) -> float | None:
+    def solve(self) -> Counted | None:
         """Take the step from the state before this sample."""
         start = time.perf_counter()
         self._next, self.estimate = self._estimator.step(self._state, self._measurement)
         if self._counted == STEP:
             return None
         call_s: float = self.estimate.call_s
-        return time.perf_counter() - start - call_s if self._counted == OVERHEAD else call_s
+        step_s = time.perf_counter() - start
+        return Counted(step_s - call_s if self._counted == OVERHEAD else call_s)
 
     def outcome(self) -> RaceOutcome:
         """Go on to the next sample."""

@@ -61,6 +61,7 @@ FREE: tuple[Problem, ...] = (
     Problem("pen15", 20, 200),
     Problem("pen15", 100, 60),
     Problem("pen15", 500, 20),
+    Problem("pen24", 20, 200),
     Problem("pen24", 60, 60),
 )
 """The problems without bounds."""

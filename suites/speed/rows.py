@@ -6,7 +6,7 @@ import dataclasses
 import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
+from suites.speed.clock import THREAD_CLOCK
 from suites.speed.contender import RaceOutcome
 from suites.speed.problems import Problem
 from suites.speed.runner import Racer
@@ -30,7 +31,7 @@ class Row:
     contender, mode, version : who, doing what
     horizon : N of the window; 0 for a filter
     windows : windows, samples or whole streams that were timed
-    median_s, p99_s, max_s : per window or sample
+    median_s, p99_s, max_s : wall time per window or sample
     cost : mean over the windows of the true window cost at the contender's solution
     build_s : time to build the contender, compilation included
     newest_error_std, newest_error_max_std : median and largest distance of the newest state
@@ -39,6 +40,10 @@ class Row:
     active_rows : bounds that are active in a window of the reference, mean; None without bounds
     violation_std : by how much a bound is exceeded at most in any window, in standard
         deviations; None without bounds
+    min_s : the least wall time of all repeats
+    cpu_min_s, cpu_median_s : of CPU time, the least of all repeats and the median over windows
+    clock : who told the CPU time: one of those of `suites.speed.clock`
+    core_share : part of the race in which a core was this process's
     """
 
     problem: str
@@ -58,6 +63,11 @@ class Row:
     solved: float
     active_rows: float | None = None
     violation_std: float | None = None
+    min_s: float = field(kw_only=True)
+    cpu_min_s: float = field(kw_only=True)
+    cpu_median_s: float = field(kw_only=True)
+    clock: str = THREAD_CLOCK
+    core_share: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -75,6 +85,8 @@ def row(
     references: Sequence[GaussianState],
     quality: Callable[[int, RaceOutcome], Quality] | None = None,
     active_rows: float | None = None,
+    *,
+    core_share: float = 1.0,
 ) -> Row:
     """Return the row of a contender after its race.
 
@@ -83,6 +95,7 @@ def row(
     references : per timed item, the newest state as it should be, and its covariance
     quality : number of the timed item and outcome → true quality of it
     active_rows : of the problem's windows, mean; None for a problem without bounds
+    core_share : of the race
     """
     times, outcomes, entry = np.array(racer.times_s), racer.outcomes, racer.entry
     errors = [_away(model, o.newest, r) for o, r in zip(outcomes, references, strict=True)]
@@ -106,6 +119,11 @@ def row(
         solved=float(np.mean([outcome.solved for outcome in outcomes])),
         active_rows=active_rows,
         violation_std=_number(np.max(violations)) if found and problem.bounded else None,
+        min_s=min(float(turn.wall_s.min()) for turn in racer.turns),
+        cpu_min_s=min(float(turn.cpu_s.min()) for turn in racer.turns),
+        cpu_median_s=float(np.median([np.median(turn.cpu_s) for turn in racer.turns])),
+        clock=racer.turns[0].readings[0].clock,
+        core_share=core_share,
     )
 
 

@@ -2,8 +2,8 @@
 
 Item by item, each contender has a turn; who begins moves on by one per item, so that no
 one always finds the caches as another left them. A turn repeats prepare and solve until
-`TURN_S` seconds or `MOST_REPEATS` are spent and counts the median: one interrupt more or
-less does not decide what takes microseconds. No garbage is collected while it lasts.
+`TURN_S` seconds or `MOST_REPEATS` are spent: one interrupt more or less does not decide what
+takes microseconds. No garbage is collected while it lasts.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import Generic
 import numpy as np
 
 from models.state_space import StateSpaceModel
+from suites.speed.clock import Reading, TurnTimes, clock_floor_ns, read
 from suites.speed.contender import Contender, ContenderAbsentError, Entry, ItemT, RaceOutcome
 
 TURN_S = 2e-3
@@ -33,14 +34,19 @@ class Racer(Generic[ItemT]):
     entry : its row
     contender : itself
     build_s : time to build it
-    times_s, outcomes : per item, warm-up left out
+    turns, outcomes : per item, warm-up left out
     """
 
     entry: Entry[ItemT]
     contender: Contender[ItemT]
     build_s: float
-    times_s: list[float] = field(default_factory=list)
+    turns: list[TurnTimes] = field(default_factory=list)
     outcomes: list[RaceOutcome] = field(default_factory=list)
+
+    @property
+    def times_s(self) -> list[float]:
+        """Median wall time per item, s."""
+        return [float(np.median(turn.wall_s)) for turn in self.turns]
 
 
 def built(
@@ -77,28 +83,29 @@ def race(racers: Sequence[Racer[ItemT]], items: Sequence[ItemT], warm_up: int) -
     ----------
     warm_up : how many of the items come first and do not count
     """
+    floor_ns = clock_floor_ns()
     with _garbage_kept():
         began_s, used_s = time.perf_counter(), time.process_time()
         for i, item in enumerate(items):
             first = i % max(len(racers), 1)
             for racer in [*racers[first:], *racers[:first]]:
-                time_s, outcome = _turn(racer.contender, item)
+                turn, outcome = _turn(racer.contender, item, floor_ns)
                 if i >= warm_up:
-                    racer.times_s.append(time_s / racer.entry.samples)
+                    racer.turns.append(turn.per(racer.entry.samples))
                     racer.outcomes.append(outcome)
     return (time.process_time() - used_s) / (time.perf_counter() - began_s)
 
 
-def _turn(contender: Contender[ItemT], item: ItemT) -> tuple[float, RaceOutcome]:
-    """Return the median time (s) of one contender on one item, and what it found."""
-    times: list[float] = []
-    while not times or (sum(times) < TURN_S and len(times) < MOST_REPEATS):
+def _turn(contender: Contender[ItemT], item: ItemT, floor_ns: int) -> tuple[TurnTimes, RaceOutcome]:
+    """Return the times of one contender on one item, and what it found."""
+    readings: list[Reading] = []
+    spent_s = 0.0
+    while not readings or (spent_s < TURN_S and len(readings) < MOST_REPEATS):
         contender.prepare(item)
-        start = time.perf_counter_ns()
-        counted = contender.solve()
-        wall_s = 1e-9 * (time.perf_counter_ns() - start)
-        times.append(wall_s if counted is None else counted)
-    return float(np.median(times)), contender.outcome()
+        reading = read(contender.solve, floor_ns)
+        readings.append(reading)
+        spent_s += reading.wall_s
+    return TurnTimes(tuple(readings)), contender.outcome()
 
 
 @contextmanager

@@ -22,7 +22,7 @@ from suites.speed.rows import Row, write_rows
 from suites.speed.suite import StreamPlan
 from suites.speed.verdicts import Promise, PromiseVerdict, verdicts
 
-JUDGED = {True: "met", False: "missed", None: "no figure"}
+JUDGED = {True: "met", False: "missed"}
 
 
 def run_speed(
@@ -60,7 +60,7 @@ def run_speed(
     for name, reason in left_out.items():
         console.print(f"left out: {name}: {reason}")
     _print_rows(rows)
-    _print_verdicts(verdicts(rows))
+    _print_verdicts(verdicts(rows, left_out=left_out))
     console.print(
         f"\nPython {platform.python_version()}, {platform.machine()}, one thread, "
         f"pen-mhe {version('pen-mhe')}; speed.json, problems and figures in {output}"
@@ -69,8 +69,10 @@ def run_speed(
 
 
 def _print_rows(rows: Sequence[Row]) -> None:
-    times, qualities = ["median", "p99"], ["cost", "error/std", "violation/std", "solved"]
-    columns = ["problem", "N", "active", "contender", "mode", *times, *qualities, "build"]
+    times = ["CPU min", "CPU median", "wall min", "wall median", "wall p99"]
+    qualities = ["cost", "error/std", "violation/std", "solved"]
+    who, last = ["contender", "mode"], ["build", "CPU time by", "core", "version"]
+    columns = ["problem", "N", "active", *who, *times, *qualities, *last]
     texts = [
         [
             row.problem,
@@ -78,6 +80,9 @@ def _print_rows(rows: Sequence[Row]) -> None:
             "" if row.active_rows is None else f"{row.active_rows:.1f}",
             row.contender,
             row.mode,
+            in_unit(row.cpu_min_s),
+            in_unit(row.cpu_median_s),
+            in_unit(row.min_s),
             in_unit(row.median_s),
             in_unit(row.p99_s),
             "" if row.cost is None else f"{row.cost:.10g}",
@@ -85,6 +90,9 @@ def _print_rows(rows: Sequence[Row]) -> None:
             "" if row.violation_std is None else f"{row.violation_std:.1e}",
             f"{row.solved:.0%}",
             in_unit(row.build_s),
+            row.clock,
+            f"{row.core_share:.0%}",
+            row.version,
         ]
         for row in rows
     ]
@@ -93,10 +101,14 @@ def _print_rows(rows: Sequence[Row]) -> None:
 
 def _print_verdicts(found: Sequence[PromiseVerdict]) -> None:
     texts = [
-        [v.promise.text, _figure(v.promise, v.figure), _target(v.promise), JUDGED[v.kept]]
+        [v.promise.text, _figure(v.promise, v.figure), _target(v.promise), _judged(v)]
         for v in found
     ]
     print_table("\nWhat was promised", ["", "figure", "target", ""], texts)
+
+
+def _judged(verdict: PromiseVerdict) -> str:
+    return verdict.unjudged if verdict.kept is None else JUDGED[verdict.kept]
 
 
 def _figure(promise: Promise, figure: float | None) -> str:

@@ -23,12 +23,11 @@ from suites.speed.problems import Problem
 from suites.speed.rows import Quality, Row, row
 from suites.speed.runner import Racer, built, race
 from suites.speed.samples import filtered_stream
+from suites.speed.verdicts import LEAST_SHARE
 from suites.speed.windows import SolvedWindow, SpeedWindow, solved_windows
 
 WARM_UP = 2
 """Windows at the front of a table that do not count."""
-LEAST_SHARE = 0.95
-"""Of the processor's time; a race that had less says so."""
 
 Absent = Callable[[str, str], object]
 """Called with the name of a contender that is left out, and why."""
@@ -70,7 +69,7 @@ def race_windows(
     solved = solved_windows(problem, count)
     windows = [each.window for each in solved]
     model, timed = windows[0].model, solved[WARM_UP:]
-    racers = _raced(problem.key, entries, model, windows, WARM_UP, absent)
+    racers, share = _raced(problem.key, entries, model, windows, WARM_UP, absent)
     window_cost, held = WindowCost(model, problem.horizon), HeldRows(model)
 
     def quality(i: int, outcome: RaceOutcome) -> Quality:
@@ -82,7 +81,9 @@ def race_windows(
 
     newest = [each.optimum.newest for each in timed]
     active = active_rows(held, timed) if problem.bounded else None
-    rows = tuple(row(racer, problem, model, newest, quality, active) for racer in racers)
+    rows = tuple(
+        row(racer, problem, model, newest, quality, active, core_share=share) for racer in racers
+    )
     return RacedProblem(problem, model, rows, tuple(timed))
 
 
@@ -109,13 +110,13 @@ def race_filters(problem: Problem, plan: StreamPlan, absent: Absent) -> tuple[Ro
     first, second = (sample.measurement.time_s for sample in stream.samples[:2])
     steps, calls = sample_contenders(second - first), stream_contenders(count)
     key = f"{problem.name} stream"
-    live = _raced(key, steps, model, stream.samples, plan.warm_up, absent)
+    live, share = _raced(key, steps, model, stream.samples, plan.warm_up, absent)
     whole = [stream.whole] * (1 + plan.runs)
-    batch = _raced(f"{key}, batch", calls, model, whole, 1, absent)
-    after = [stream.reference[-1]] * plan.runs
+    batch, batch_share = _raced(f"{key}, batch", calls, model, whole, 1, absent)
+    along, after = stream.reference[plan.warm_up :], [stream.reference[-1]] * plan.runs
     return (
-        *(row(racer, problem, model, stream.reference[plan.warm_up :]) for racer in live),
-        *(row(racer, problem, model, after) for racer in batch),
+        *(row(racer, problem, model, along, core_share=share) for racer in live),
+        *(row(racer, problem, model, after, core_share=batch_share) for racer in batch),
     )
 
 
@@ -131,8 +132,9 @@ def race_reuse(problem: Problem, plan: StreamPlan, absent: Absent) -> tuple[Row,
     warm_up = plan.warm_up + max(REUSE_HORIZONS)  # before that the longest window is not full
     stream = filtered_stream(problem, model, warm_up + plan.samples)
     key = f"{problem.name} stream, reuse"
-    racers = _raced(key, REUSE_CONTENDERS, model, stream.samples, warm_up, absent)
-    return tuple(row(racer, problem, model, stream.reference[warm_up:]) for racer in racers)
+    racers, share = _raced(key, REUSE_CONTENDERS, model, stream.samples, warm_up, absent)
+    along = stream.reference[warm_up:]
+    return tuple(row(racer, problem, model, along, core_share=share) for racer in racers)
 
 
 def few(problem: Problem, windows: int) -> Problem:
@@ -147,14 +149,15 @@ def _raced(
     items: Sequence[ItemT],
     warm_up: int,
     absent: Absent,
-) -> list[Racer[ItemT]]:
+) -> tuple[list[Racer[ItemT]], float]:
+    """Return the racers after their race, and the part of it in which they had a core."""
     racers = built(entries, model, items[0], absent)
     share = race(racers, items, warm_up)
     if share < LEAST_SHARE:
         warnings.warn(
             f"{key}: the race had the processor for {share:.0%} of its time; other work runs "
-            "on this machine and makes times too long",
+            "on this machine and makes times too long, and nothing is judged",
             RuntimeWarning,
             stacklevel=2,
         )
-    return racers
+    return racers, share

@@ -1,9 +1,16 @@
-"""What was promised, as ratios of rows of one run."""
+"""What was promised, as ratios of rows of one run.
+
+Ratios are of CPU times, the least of one row against the least of the other, compiled calls
+against compiled calls and calls from Python against calls from Python. A run that had to
+share its core judges nothing; nor is a promise kept against a peer that did not run.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from suites.speed.contender import (
     BATCH,
@@ -18,6 +25,11 @@ from suites.speed.contender import (
 )
 from suites.speed.rows import Row
 
+LEAST_SHARE = 0.95
+"""Of a core: a race that had less judges nothing."""
+NO_RUN = "no figure"
+"""Of a promise on a problem that this run left out."""
+
 
 @dataclass(frozen=True)
 class Key:
@@ -29,17 +41,22 @@ class Key:
     mode: str
     bounds: bool = False
 
+    @property
+    def label(self) -> str:
+        """Name and mode, as of an `Entry`."""
+        return f"{self.contender} ({self.mode})"
+
 
 @dataclass(frozen=True)
 class Promise:
-    """A figure that is a row's median, or its ratio to another row's.
+    """A figure that is a row's median, or the ratio of its minimum to another row's.
 
     Parameters
     ----------
     text : what is promised
-    of, to : the rows; without `to` the figure is the median itself, in seconds
+    of, to : the rows; without `to` the figure is the median CPU time itself, in seconds
     least, most : the figure must lie between them
-    per_stage : medians are divided by the window's number of stages first
+    per_stage : times are divided by the window's number of stages first
     inverse : the figure is shown and judged as to / of: how many times faster
     """
 
@@ -54,15 +71,21 @@ class Promise:
 
 @dataclass(frozen=True)
 class PromiseVerdict:
-    """A promise with its figure; None where a row is missing."""
+    """A promise with its figure; None where a row is missing.
+
+    Parameters
+    ----------
+    unjudged : why nothing is said of the promise; empty where it is judged
+    """
 
     promise: Promise
     figure: float | None
+    unjudged: str = ""
 
     @property
     def kept(self) -> bool | None:
-        """Whether the promise is kept."""
-        if self.figure is None:
+        """Whether the promise is kept; None where that is not judged."""
+        if self.figure is None or self.unjudged:
             return None
         return self.promise.least <= self.figure <= self.promise.most
 
@@ -86,13 +109,32 @@ PROMISES: tuple[Promise, ...] = (
             least=least,
             inverse=True,
         )
-        for own, timed in ((PASS_CALL_20, "compiled call"), (ONE_PASS_20, "whole step"))
-        for contender, mode, least in (
-            ("ipopt", CONVERGED, 200),
-            ("ipopt-exact", CONVERGED, 200),
-            ("osqp", ONE_PASS, 40),
-            ("osqp-tuned", ONE_PASS, 40),
+        for own, timed, one_pass, converged in (
+            (PASS_CALL_20, "compiled call", PASS_CALL, CONVERGED_CALL),
+            (ONE_PASS_20, "whole step", ONE_PASS, CONVERGED),
         )
+        for contender, mode, least in (
+            ("ipopt", converged, 200),
+            ("ipopt-exact", converged, 200),
+            ("osqp", one_pass, 40),
+            ("osqp-tuned", one_pass, 40),
+        )
+    ),
+    *(
+        Promise(
+            f"{text}, N = {N}, compiled call: at least {least:g} times faster than {contender}",
+            Key(problem, N, "mhe-rti", PASS_CALL, bounds),
+            Key(problem, N, contender, PASS_CALL, bounds),
+            least=least,
+            inverse=True,
+        )
+        for text, problem, N, bounds, least in (
+            ("one pass, 15 states", "pen15", 20, False, 5),
+            ("one pass, 15 states", "pen15", 100, False, 9),
+            ("one pass, 24 states", "pen24", 20, False, 3.8),
+            ("one pass, bounded, 15 states", "pen15", 20, True, 9),
+        )
+        for contender in ("acados", "acados-tuned")
     ),
     *(
         Promise(
@@ -109,11 +151,14 @@ PROMISES: tuple[Promise, ...] = (
         Promise(
             f"bounded, converged, N = 20, {timed}: at least 25 times faster than ipopt",
             own,
-            Key(*PEN_20, "ipopt", CONVERGED, bounds=True),
+            Key(*PEN_20, "ipopt", mode, bounds=True),
             least=25,
             inverse=True,
         )
-        for own, timed in ((BOUNDED_CALL_20, "compiled call"), (BOUNDED_20, "whole step"))
+        for own, timed, mode in (
+            (BOUNDED_CALL_20, "compiled call", CONVERGED_CALL),
+            (BOUNDED_20, "whole step", CONVERGED),
+        )
     ),
     Promise(
         "bounded, converged, N = 20, compiled call: against one unbounded pass",
@@ -149,21 +194,38 @@ PROMISES: tuple[Promise, ...] = (
 """What a run of the whole suite is held against."""
 
 
-def verdicts(rows: Sequence[Row], promises: Sequence[Promise] = PROMISES) -> list[PromiseVerdict]:
-    """Hold rows against promises."""
+def verdicts(
+    rows: Sequence[Row],
+    promises: Sequence[Promise] = PROMISES,
+    left_out: Mapping[str, str] = MappingProxyType({}),
+) -> list[PromiseVerdict]:
+    """Hold rows against promises.
+
+    Parameters
+    ----------
+    left_out : label of a contender that could not be built → why
+    """
     found = {Key(r.problem, r.horizon, r.contender, r.mode, r.bounds): r for r in rows}
-    return [PromiseVerdict(promise, _figure(promise, found)) for promise in promises]
+    return [_verdict(promise, found, left_out) for promise in promises]
 
 
-def _figure(promise: Promise, rows: Mapping[Key, Row]) -> float | None:
-    times = []
-    for key in (promise.of, promise.to):
-        if key is None:
-            continue
-        if key not in rows:
-            return None
-        stages = key.horizon + 1 if promise.per_stage else 1
-        times.append(rows[key].median_s / stages)
-    if len(times) == 1:
-        return times[0]
-    return times[1] / times[0] if promise.inverse else times[0] / times[1]
+def _verdict(
+    promise: Promise, rows: Mapping[Key, Row], left_out: Mapping[str, str]
+) -> PromiseVerdict:
+    keys = [key for key in (promise.of, promise.to) if key is not None]
+    missing = [key for key in keys if key not in rows]
+    if missing:
+        reasons = [left_out[key.label] for key in missing if key.label in left_out]
+        return PromiseVerdict(promise, None, f"not judged: {reasons[0]}" if reasons else NO_RUN)
+    share = min(rows[key].core_share for key in keys)
+    # Rounded down: 94.9 % is not 95 %.
+    shared = f"not judged: only {math.floor(100 * share)} % of a core"
+    figure = _figure(promise, [rows[key] for key in keys])
+    return PromiseVerdict(promise, figure, shared if share < LEAST_SHARE else "")
+
+
+def _figure(promise: Promise, rows: Sequence[Row]) -> float:
+    if len(rows) == 1:
+        return rows[0].cpu_median_s
+    own, other = (row.cpu_min_s / (row.horizon + 1 if promise.per_stage else 1) for row in rows)
+    return other / own if promise.inverse else own / other

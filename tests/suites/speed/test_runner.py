@@ -10,6 +10,15 @@ import pytest
 
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
+from suites.speed.clock import (
+    OWN_CPU_CLOCK,
+    OWN_WALL_CLOCK,
+    THREAD_CLOCK,
+    Counted,
+    Reading,
+    clock_floor_ns,
+    read,
+)
 from suites.speed.contender import ContenderAbsentError, Entry, RaceOutcome, peer
 from suites.speed.runner import MOST_REPEATS, TURN_S, built, race
 
@@ -18,18 +27,18 @@ PREPARING = 10
 
 
 class Recorder:
-    """Writes down its calls; counts a time of its own where it has one."""
+    """Writes down its calls; counts a time of its own where it has one; naps."""
 
     version = "0"
 
-    def __init__(self, name: str, calls: list[str], time_s: float | None, nap_s: float) -> None:
+    def __init__(self, name: str, calls: list[str], time_s: Counted | None, nap_s: float) -> None:
         self.name, self.calls, self.time_s, self.nap_s = name, calls, time_s, nap_s
 
     def prepare(self, item: int) -> None:
         self.item = item
         time.sleep(PREPARING * self.nap_s)  # must not count
 
-    def solve(self) -> float | None:
+    def solve(self) -> Counted | None:
         assert not gc.isenabled()
         self.calls.append(f"{self.name}{self.item}")
         time.sleep(self.nap_s)
@@ -45,7 +54,7 @@ def model() -> StateSpaceModel:
 
 
 def entry(
-    name: str, calls: list[str], time_s: float | None = None, nap_s: float = 0.0, samples: int = 1
+    name: str, calls: list[str], time_s: Counted | None = None, nap_s: float = 0.0, samples: int = 1
 ) -> Entry[int]:
     return Entry(name, "mode", lambda m, i: Recorder(name, calls, time_s, nap_s), samples)
 
@@ -67,10 +76,42 @@ def test_who_begins_moves_on_by_one(model: StateSpaceModel) -> None:
 
 def test_a_quick_contender_repeats_its_turn(model: StateSpaceModel) -> None:
     calls: list[str] = []
-    (racer,) = built([entry("a", calls, time_s=1e-6, samples=4)], model, 0, print)
+    (racer,) = built([entry("a", calls, Counted(1e-6), samples=4)], model, 0, print)
     race([racer], [7], warm_up=0)
     assert calls == ["a7"] * MOST_REPEATS
     assert racer.times_s == [0.25e-6]
+    (turn,) = racer.turns
+    assert set(turn.readings) == {Reading(0.25e-6, 0.25e-6, OWN_WALL_CLOCK)}
+    assert len(turn.readings) == MOST_REPEATS
+
+
+def test_who_counts_cpu_time_itself_is_believed(model: StateSpaceModel) -> None:
+    (racer,) = built([entry("a", [], Counted(3e-3, 2e-3))], model, 0, print)
+    race([racer], [7], warm_up=0)
+    assert racer.turns[0].readings == (Reading(3e-3, 2e-3, OWN_CPU_CLOCK),)
+
+
+def test_sleep_is_wall_time_and_no_cpu_time(model: StateSpaceModel) -> None:
+    nap_s = 5 * TURN_S
+    (racer,) = built([entry("a", [], nap_s=nap_s)], model, 0, print)
+    race([racer], [7], warm_up=0)
+    (reading,) = racer.turns[0].readings
+    assert reading.clock == THREAD_CLOCK
+    assert reading.wall_s >= nap_s
+    assert 0 < reading.cpu_s < 0.2 * nap_s
+
+
+def test_work_is_cpu_time_and_the_clock_is_none() -> None:
+    def work() -> None:
+        end_ns = time.thread_time_ns() + 3_000_000
+        while time.thread_time_ns() < end_ns:
+            pass
+
+    floor_ns = clock_floor_ns()
+    worked = read(work, floor_ns)
+    assert worked.cpu_s >= 3e-3 - 1e-9 * floor_ns
+    assert min(read(lambda: None, floor_ns).cpu_s for _ in range(100)) < 0.2e-6
+    assert min(read(lambda: None, 0).cpu_s for _ in range(100)) >= 0.5e-9 * floor_ns > 0
 
 
 def test_garbage_collection_comes_back_after_a_failure(model: StateSpaceModel) -> None:

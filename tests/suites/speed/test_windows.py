@@ -56,10 +56,10 @@ def test_the_problems_are_those_of_the_suite() -> None:
     assert sizes == {"turntable": 4, "pen15": 15, "pen24": 24}
     rows = {name: body().model().n_r for name, body in BODIES.items()}
     assert rows == {"turntable": 5, "pen15": 5, "pen24": 12}
-    free = ["turntable_20", "pen15_20", "pen15_100", "pen15_500", "pen24_60"]
+    free = ["turntable_20", "pen15_20", "pen15_100", "pen15_500", "pen24_20", "pen24_60"]
     expected = [*free, *(f"{key}_bounded" for key in free)]
     assert [problem.key for problem in PROBLEMS] == expected
-    assert [find_problem(key).bounded for key in expected] == [False] * 5 + [True] * 5
+    assert [find_problem(key).bounded for key in expected] == [False] * 6 + [True] * 6
     with pytest.raises(InputError, match="problem pen15_7 is unknown, expected one of turntable"):
         find_problem("pen15_7")
 
