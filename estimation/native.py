@@ -33,10 +33,10 @@ FLAGS = (
 )
 """No -ffast-math: it breaks NaN. No contraction: machine code and CasADi's virtual machine then
 round alike, to the last bit, and it gains nothing that shows. No vectors of what stands side by
-side: gcc 12 contracts pairs of a sum and a difference there, whatever it is told. Without semantic interposition
-generated functions inline their own helpers, which saves a seventh. No search for partial
-redundancies: straight-line code has next to none, and looking for them is half of the compiler's
-time (clang does not know these two options, and is told not to mind)."""
+side: gcc 12 contracts pairs of a sum and a difference there, whatever it is told. Without semantic
+interposition generated functions inline their own helpers, which saves a seventh. No search for
+partial redundancies: straight-line code has next to none, and looking for them is half of the
+compiler's time (clang does not know these two options, and is told not to mind)."""
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
 """For C written by hand."""
