@@ -110,8 +110,8 @@ def test_work_is_cpu_time_and_the_clock_is_none() -> None:
     floor_ns = clock_floor_ns()
     worked = read(work, floor_ns)
     assert worked.cpu_s >= 3e-3 - 1e-9 * floor_ns
-    assert min(read(lambda: None, floor_ns).cpu_s for _ in range(100)) < 0.2e-6
-    assert min(read(lambda: None, 0).cpu_s for _ in range(100)) >= 0.5e-9 * floor_ns > 0
+    nothing = [read(lambda: None, ns).cpu_s for ns in (floor_ns, 0) for _ in range(100)]
+    assert min(nothing[:100]) < min(nothing[100:])
 
 
 def test_garbage_collection_comes_back_after_a_failure(model: StateSpaceModel) -> None:
