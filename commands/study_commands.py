@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -64,12 +64,20 @@ def benchmark(
         str | None, typer.Option(help="Address of a running Dask cluster, instead of processes.")
     ] = None,
     data: DataOption = None,
+    problems: Annotated[
+        str | None, typer.Option(help=f"Of {SPEED}: names with commas; by default all.")
+    ] = None,
+    windows: Annotated[
+        int | None, typer.Option(help=f"Of {SPEED}: at most so many per problem.", min=1)
+    ] = None,
 ) -> None:
     """Run the suites and write the report: which sensors, and which estimator."""
     with one_sentence():
         if suites == [SPEED]:
-            _speed(output)
+            _speed(output, names(problems), windows)
             return
+        if problems is not None or windows is not None:
+            raise InputError(f"--problems and --windows are of suite {SPEED}, expected it alone")
         chosen = suites or list(MODULES)
         for suite in chosen:
             if suite == SPEED:
@@ -112,10 +120,12 @@ def command_line() -> str:
     return shlex.join("$PEN_MHE_DATA" if data and word == data else word for word in words)
 
 
-def _speed(output: Path) -> None:
+def _speed(output: Path, problems: Sequence[str] | None, windows: int | None) -> None:
     from suites.speed import study  # tables and figures are slow to import
+    from suites.speed.problems import PROBLEMS, find_problem
 
-    study.run_speed(output)
+    chosen = PROBLEMS if problems is None else tuple(map(find_problem, problems))
+    study.run_speed(output, chosen, windows)
 
 
 def observe(

@@ -19,6 +19,7 @@ from benchmark.tasks.task import Outcome, Task
 from commands import benchmark_run
 from commands.cli import app
 from suites.execute import execute, run_suites
+from suites.speed import study
 
 SOME = [Task("pen", "start 0 deg", "accel", "ekf", seed) for seed in range(4)]
 
@@ -179,3 +180,18 @@ def test_a_report_of_no_run_gets_a_sentence(tmp_path: Path) -> None:
         call("report", str(tmp_path))
     )
     assert "does not exist" in sentence(call("report", str(tmp_path / "nowhere")))
+
+
+def test_the_race_takes_problems_and_a_number_of_windows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[Any] = []
+    monkeypatch.setattr(study, "run_speed", lambda *arguments: told.append(arguments))
+    choice = ("--problems", "pen15_20,pen24_20", "--windows", "3")
+    assert call("benchmark", "speed", "--output", str(tmp_path), *choice).exit_code == 0
+    [(folder, problems, windows)] = told
+    assert (folder, windows) == (tmp_path, 3)
+    assert [problem.key for problem in problems] == ["pen15_20", "pen24_20"]
+    assert "of suite speed" in sentence(call("benchmark", "pen", "--windows", "3"))
+    unknown = call("benchmark", "speed", "--problems", "pen16_20", "--output", str(tmp_path))
+    assert "pen16_20" in sentence(unknown)
