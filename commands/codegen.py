@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
+from commands.command_line import command_line
 from commands.lists import completing
 from commands.options import PenOption, RestOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
-from commands.study_commands import command_line
 
 
 def codegen(

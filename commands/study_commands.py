@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shlex
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
@@ -12,6 +9,7 @@ from typing import Annotated
 import typer
 
 from benchmark.runner.interrupts import not_swallowed
+from commands.command_line import command_line
 from commands.lists import LISTS, complete_sensors, completing_several
 from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
@@ -113,18 +111,10 @@ def report(
         benchmark_run.show_report(folder, pictures)
 
 
-def command_line() -> str:
-    """Return the command that runs, with the data folder named by its variable."""
-    words = ["pen-mhe", *sys.argv[1:]]
-    data = os.environ.get("PEN_MHE_DATA")
-    return shlex.join("$PEN_MHE_DATA" if data and word == data else word for word in words)
+def _speed(output: Path, keys: Sequence[str] | None, windows: int | None) -> None:
+    from suites.speed import problems, study  # tables and figures are slow to import
 
-
-def _speed(output: Path, problems: Sequence[str] | None, windows: int | None) -> None:
-    from suites.speed import study  # tables and figures are slow to import
-    from suites.speed.problems import PROBLEMS, find_problem
-
-    chosen = PROBLEMS if problems is None else tuple(map(find_problem, problems))
+    chosen = problems.PROBLEMS if keys is None else list(map(problems.find_problem, keys))
     study.run_speed(output, chosen, windows)
 
 

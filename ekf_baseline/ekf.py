@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from ekf_baseline.interpreted import FIRST, InterpretedFilter
+from estimation.chosen import chosen
 from estimation.collect import Batches
-from estimation.engine import CompiledEngine, Loop, chosen
+from estimation.engine import CompiledEngine, Loop
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import first_state
-from estimation.kalman_stage import difference_function
 from estimation.layout import Layout
 from estimation.linearisation import loop_functions
 from estimation.recording import Measurement
@@ -22,6 +22,7 @@ from estimation.rest import rest_blocks, rest_constants, rest_fields
 from estimation.result import ResultReader
 from estimation.settings import checked_config
 from estimation.stored import restored, store, stride
+from estimation.symbolic_stage import difference_function
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState

@@ -15,15 +15,15 @@ import casadi as ca
 import numpy as np
 
 from estimation.in_order import unit_rows
-from estimation.kalman_stage import (
+from estimation.outputs import derived_outputs
+from estimation.stored import stride
+from estimation.symbolic_stage import (
     regularity_function,
     residual_derivative,
     retract_function,
     stacked_residual,
     step_derivatives,
 )
-from estimation.outputs import derived_outputs
-from estimation.stored import stride
 from models.state_space import StateSpaceModel
 
 TRANSITION, READINGS = "transition", "readings"

@@ -24,8 +24,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from estimation.chosen import chosen
 from estimation.collect import Batches
-from estimation.engine import chosen
 from estimation.estimate import Estimate, EstimateHistory, Window
 from estimation.recording import Measurement
 from estimation.result import ResultReader

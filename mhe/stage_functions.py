@@ -29,11 +29,7 @@ from __future__ import annotations
 import casadi as ca
 
 from estimation import in_order
-from estimation.kalman_stage import (
-    difference_function,
-    difference_jacobian,
-    stacked_residual,
-)
+from estimation.symbolic_stage import difference_function, difference_jacobian, stacked_residual
 from mhe.constraint_rows import constrain_function
 from mhe.loss import huber, huber_weight
 from models.state_space import StateSpaceModel

@@ -17,7 +17,6 @@ LARGEST_BENCHMARK = 5000
 LARGEST_FILE = 250
 LARGER_FILES = {
     "benchmark/figures/plotly_figure.py": "all that knows how plotly wants a figure",
-    "estimation/kalman_stage.py": "one algebra: prediction and update share every symbol",
     "estimation/observability.py": "the matrix and what is read from it",
     "mhe/reference/ipopt.py": "the problem and its solver's options belong together",
     "suites/pen/figures.py": "one function a figure",

@@ -176,6 +176,8 @@ KEYWORDS_FROM, MOST_POSITIONAL = 2, 5
 ALGEBRA = "letters of one equation, in its order"
 INSIDE = "called once, by its own room"
 POSITIONAL = {
+    "estimation.compiled_stage.CompiledStage.predict": ALGEBRA,
+    "estimation.interpreted_stage.InterpretedStage.predict": ALGEBRA,
     "estimation.kalman_stage.KalmanStage.predict": ALGEBRA,
     "estimation.kalman_stage.KalmanStage.derivatives": ALGEBRA,
     "estimation.kalman_stage.KalmanStage.update": ALGEBRA,

@@ -23,8 +23,9 @@ import casadi as ca
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from estimation.kalman_stage import rows_present, stacked_residual, without_gaps
+from estimation.kalman_stage import rows_present, without_gaps
 from estimation.recording import Measurement
+from estimation.symbolic_stage import stacked_residual
 from mhe.config import WindowConfig
 from mhe.constraint_rows import inequality_demanded
 from mhe.loss import LEAST_SQUARES, huber, huber_weight

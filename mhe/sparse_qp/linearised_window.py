@@ -15,7 +15,8 @@ from typing import Protocol
 import numpy as np
 
 from estimation.function_call import FunctionCall
-from estimation.kalman_stage import KalmanStage, difference_function
+from estimation.kalman_stage import KalmanStage
+from estimation.symbolic_stage import difference_function
 from mhe.constraint_rows import constrain_function
 from mhe.stage_functions import carry_function
 from mhe.window_memory import Scales

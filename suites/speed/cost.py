@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from estimation.kalman_stage import stacked_residual
+from estimation.symbolic_stage import stacked_residual
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from suites.speed.windows import SpeedWindow

@@ -16,7 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from estimation.kalman_stage import stacked_residual
+from estimation.symbolic_stage import stacked_residual
 from mhe.trajectory import Trajectory
 from models.state_space import StateSpaceModel
 from suites.speed.contender import (

@@ -24,8 +24,8 @@ import casadi as ca
 import numpy as np
 import scipy.sparse as sp
 
-from estimation.kalman_stage import stacked_residual
 from estimation.native import compiled
+from estimation.symbolic_stage import stacked_residual
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from suites.speed.stagewise import bounded_states

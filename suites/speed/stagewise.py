@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from estimation.kalman_stage import stacked_residual
+from estimation.symbolic_stage import stacked_residual
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.state_space import StateSpaceModel

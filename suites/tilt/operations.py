@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 import casadi as ca
 
-from estimation.kalman_stage import stage_functions
+from estimation.symbolic_stage import stage_functions
 from mhe.config import MheConfig
 from mhe.stage_functions import pass_functions, window_functions
 from models.state_space import StateSpaceModel

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from ekf_baseline.ekf import Ekf
-from estimation import engine
+from estimation import chosen
 from estimation.recording import Measurement
 from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
@@ -72,7 +72,7 @@ class Doubled(ca.Callback):
 def test_what_cannot_be_compiled_is_interpreted_and_said_once() -> None:
     doubled = Doubled()
     model = with_transition(lambda x, w, dt: ca.vertcat(doubled(x[0]) / 2, x[1], x[2]) + dt * w)
-    engine._warn_once.cache_clear()
+    chosen._warn_once.cache_clear()
     with pytest.warns(RuntimeWarning, match="cannot be compiled and are interpreted"):
         ekf = Ekf(model)
     with warnings.catch_warnings():

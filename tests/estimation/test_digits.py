@@ -11,7 +11,7 @@ import pytest
 
 import pen_mhe as pm
 from ekf_baseline.ekf import Ekf
-from estimation import kalman_stage
+from estimation import interpreted_stage
 from estimation.estimate import Estimate
 from estimation.kalman_stage import KalmanStage
 from estimation.recording import Measurement
@@ -114,13 +114,13 @@ def test_on_either_side_of_the_bound_both_forms_agree(
 ) -> None:
     """Just below it a stage is made of covariances, just above it of roots."""
     model, made = chain(side * LOST), []
-    plain = kalman_stage.updated_root
+    plain = interpreted_stage.updated_root
 
     def counted(*arguments: Any) -> RootUpdate:
         made.append(1)
         return plain(*arguments)
 
-    monkeypatch.setattr(kalman_stage, "updated_root", counted)
+    monkeypatch.setattr(interpreted_stage, "updated_root", counted)
     wanted = exact_deviations(model)
     for ekf in compiled_and_interpreted(lambda: Ekf(model)):
         _, estimate = ekf.step(ekf.init(), readings(1)[0])
@@ -134,13 +134,13 @@ def test_a_pen_needs_roots_at_its_first_sample_at_most(
 ) -> None:
     recording = pm.simulate("reference", sensors, motion="handwriting", duration_s=1.0)
     model, made = pm.pen_model("reference", sensors), []
-    plain = kalman_stage.updated_root
+    plain = interpreted_stage.updated_root
 
     def counted(*arguments: Any) -> RootUpdate:
         made.append(1)
         return plain(*arguments)
 
-    monkeypatch.setattr(kalman_stage, "updated_root", counted)
+    monkeypatch.setattr(interpreted_stage, "updated_root", counted)
     _, ekf = compiled_and_interpreted(lambda: Ekf(model))
     state, counts = ekf.init(), []
     for measurement in recording.measurements(model):

@@ -15,7 +15,7 @@ import pytest
 from ekf_baseline.ekf import Ekf
 from estimation import native
 from estimation.function_call import FunctionCall
-from estimation.kalman_stage import predict_function, update_function
+from estimation.symbolic_stage import predict_function, update_function
 from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from tests.closeness import estimate_error

@@ -8,7 +8,7 @@ import pytest
 from classical_baseline.fixed_weight import FixedWeightConfig, run
 from estimation.estimator import run as drive
 from estimation.function_call import FunctionCall
-from estimation.kalman_stage import stage_functions
+from estimation.symbolic_stage import stage_functions
 from mhe.config import WindowConfig
 from mhe.stage_functions import pass_functions, window_functions
 from models.turntable import turntable_model
