@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -114,8 +114,9 @@ def report(
 def _speed(output: Path, keys: Sequence[str] | None, windows: int | None) -> None:
     from suites.speed import problems, study  # tables and figures are slow to import
 
-    chosen = problems.PROBLEMS if keys is None else list(map(problems.find_problem, keys))
-    study.run_speed(output, chosen, windows)
+    chosen = keys and list(map(problems.find_problem, keys))
+    given: dict[str, Any] = {"problems": chosen, "windows": windows}
+    study.run_speed(output, **{k: value for k, value in given.items() if value is not None})
 
 
 def observe(

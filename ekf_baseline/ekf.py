@@ -181,12 +181,11 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
     """Return the filter's loop, ekf_baseline/filter.c, for a model."""
     n_x, n_w, n_y, n_r = model.n_x, model.n_w, model.n_y, model.n_r
     row = stride(n_x)
-    transition, readings, *small = [*loop_functions(model), difference_function(model)]
     return Loop(
         sources=[Path(__file__).with_name("filter.c")],
         entry="filter",
         memory=filter_memory(model),
-        functions=[[transition, readings, *small]],
+        functions=[loop_functions(model), [difference_function(model)]],
         fields={
             "gate": _gate(model, config),
             "no_deviation": np.zeros(n_x),

@@ -186,12 +186,12 @@ def test_the_race_takes_problems_and_a_number_of_windows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told: list[Any] = []
-    monkeypatch.setattr(study, "run_speed", lambda *arguments: told.append(arguments))
+    monkeypatch.setattr(study, "run_speed", lambda *a, **settings: told.append((*a, settings)))
     choice = ("--problems", "pen15_20,pen24_20", "--windows", "3")
     assert call("benchmark", "speed", "--output", str(tmp_path), *choice).exit_code == 0
-    [(folder, problems, windows)] = told
-    assert (folder, windows) == (tmp_path, 3)
-    assert [problem.key for problem in problems] == ["pen15_20", "pen24_20"]
+    [(folder, settings)] = told
+    assert (folder, settings["windows"]) == (tmp_path, 3)
+    assert [problem.key for problem in settings["problems"]] == ["pen15_20", "pen24_20"]
     assert "of suite speed" in sentence(call("benchmark", "pen", "--windows", "3"))
     unknown = call("benchmark", "speed", "--problems", "pen16_20", "--output", str(tmp_path))
     assert "pen16_20" in sentence(unknown)
