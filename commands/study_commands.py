@@ -84,18 +84,14 @@ def benchmark(
                 raise unknown("suite", suite, (*MODULES, SPEED))
         if data is not None and not data.is_dir():
             raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
-        # Tables and figures are slow to import.
-        from benchmark.runner.run import Workers
+        from benchmark.runner.run import Workers  # tables and figures are slow to import
         from benchmark.tasks.suite import Scope
         from commands import benchmark_run
 
-        benchmark_run.run_benchmark(
-            list(dict.fromkeys(chosen)),
-            output,
-            Scope(seeds, None if data is None else str(data.resolve())),
-            Workers(jobs, scheduler),
-            command_line(),
-        )
+        unique = list(dict.fromkeys(chosen))
+        scope = Scope(seeds, None if data is None else str(data.resolve()))
+        workers = Workers(jobs, scheduler)
+        benchmark_run.run_benchmark(unique, output, scope, workers, command_line())
 
 
 def report(
@@ -114,9 +110,10 @@ def report(
 def _speed(output: Path, keys: Sequence[str] | None, windows: int | None) -> None:
     from suites.speed import problems, study  # tables and figures are slow to import
 
-    chosen = keys and list(map(problems.find_problem, keys))
-    given: dict[str, Any] = {"problems": chosen, "windows": windows}
-    study.run_speed(output, **{k: value for k, value in given.items() if value is not None})
+    given: dict[str, Any] = {} if windows is None else {"windows": windows}
+    if keys is not None:
+        given["problems"] = [problems.find_problem(key) for key in keys]
+    study.run_speed(output, **given)
 
 
 def observe(
