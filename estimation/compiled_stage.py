@@ -26,7 +26,7 @@ class CompiledStage:
         alone = Loop([], "stage", Layout("Memory", {}), [functions], {})
         fields = {**model_fields(model, alone), **kernel_fields()}
         described: Any = self._machine.structure("Model", fields)
-        self._machine.load([functions], described, [described], [kernel(model, type(described))])
+        self._machine.load([functions], [described], [kernel(model, type(described))])
         self._self, self._lost = ctypes.addressof(described), fields["lost"]
         pointer = ctypes.c_void_p
         self._predict = ctypes.CFUNCTYPE(None, *[pointer] * 8)(described.predict.value)

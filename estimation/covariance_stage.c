@@ -29,15 +29,15 @@ static inline __attribute__((always_inline)) void sum_rows(real *to, const real 
     for (integer q = 0; q < QUADS; q++) PUT(to + q * QUAD, sum[q]);
 }
 
+#ifdef __has_builtin
+#if __has_builtin(__builtin_shufflevector)
+#define SHUFFLES
+#endif
+#endif
 /* The transpose of a block of quads, `to` and `from` with rows of LD. */
 static inline void turn(const quad from[QUAD], real *to)
 {
-#if defined __has_builtin && !defined PLAIN
-#if __has_builtin(__builtin_shufflevector)
-#define SHUFFLES 1
-#endif
-#endif
-#if SHUFFLES
+#ifdef SHUFFLES
     const quad a = __builtin_shufflevector(from[0], from[1], 0, 4, 2, 6);
     const quad b = __builtin_shufflevector(from[0], from[1], 1, 5, 3, 7);
     const quad c = __builtin_shufflevector(from[2], from[3], 0, 4, 2, 6);

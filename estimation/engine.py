@@ -38,7 +38,7 @@ class CompiledEngine:
         own: Any = structure  # its members are known by the loop only
         stage = kernel(model, type(described))
         [library] = machine.load(
-            loop.functions, own.model, [own.model, own], [stage, _loop_source(loop, structure)]
+            loop.functions, [own.model, own], [stage, _loop_source(loop, structure)]
         )
         self._self = ctypes.addressof(structure)
         pointer = ctypes.c_void_p

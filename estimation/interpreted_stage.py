@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
 
 from estimation.function_call import FunctionCall
 from estimation.square_roots import LOST, kept, predicted_root, root_of, updated_root
-from estimation.symbolic_stage import predict_function, update_function
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -15,10 +15,9 @@ from models.state_space import StateSpaceModel
 class InterpretedStage:
     """Predict and update of a model, as `estimation.compiled_stage` has them."""
 
-    def __init__(self, model: StateSpaceModel) -> None:
+    def __init__(self, model: StateSpaceModel, predict: ca.Function, update: ca.Function) -> None:
         self._model, self._digits_lost = model, False
-        self._predict = FunctionCall(predict_function(model))
-        self._update = FunctionCall(update_function(model))
+        self._predict, self._update = FunctionCall(predict), FunctionCall(update)
 
     def predict(
         self, deviation: Array, state: GaussianState, x: Array, w: Array, dt: float, scale: Array

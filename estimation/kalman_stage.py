@@ -92,7 +92,9 @@ class KalmanStage:
 
     def __init__(self, model: StateSpaceModel) -> None:
         self.model = model
-        self._made = chosen(lambda: CompiledStage(model), lambda: InterpretedStage(model))
+        self._made = chosen(
+            lambda: CompiledStage(model), lambda: InterpretedStage(model, *self.functions)
+        )
         self._retract = FunctionCall(retract_function(model))
         self._difference = FunctionCall(difference_function(model))
         self._no_noise, self._unit_noise = np.zeros(model.n_w), np.ones(model.n_w)

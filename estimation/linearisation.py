@@ -14,15 +14,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from estimation.in_order import unit_rows
-from estimation.outputs import derived_outputs
 from estimation.stored import stride
 from estimation.symbolic_stage import (
-    regularity_function,
+    functions_beside,
     residual_derivative,
-    retract_function,
     stacked_residual,
     step_derivatives,
+    unit_diagonal,
 )
 from models.state_space import StateSpaceModel
 
@@ -33,8 +31,8 @@ def transition_function(model: StateSpaceModel) -> ca.Function:
     """Return (x̃ (n_x,), w̃ (n_w,), Δt, diagonal of D (n_w,)) → (f(x̃, w̃), Fᵀ, G, Q), all sparse.
 
     C reads a matrix's nonzeros in the order in which it sums: F row by row, and G column by column.
-    Of F those ones are left out that stand on its diagonal whatever the state (`unit_rows` of
-    `estimation.in_order`). Of Q, which is symmetric, there is the lower triangle.
+    Of F those ones are left out that stand on its diagonal whatever the state (`unit_diagonal`
+    of `estimation.symbolic_stage`). Of Q, which is symmetric, there is the lower triangle.
     """
     x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
     noise_scale = ca.SX.sym("noise_scale", model.n_w)
@@ -45,7 +43,7 @@ def transition_function(model: StateSpaceModel) -> ca.Function:
         [x, w, dt, noise_scale],
         [
             ca.densify(reached),
-            ca.sparsify(F - ca.diag(ca.DM(unit_rows(F)))).T,
+            ca.sparsify(F - ca.diag(ca.DM(unit_diagonal(model)))).T,
             G,
             ca.tril(GD @ GD.T),
         ],
@@ -71,9 +69,7 @@ def loop_functions(model: StateSpaceModel) -> list[ca.Function]:
     return [
         transition_function(model),
         readings_function(model),
-        retract_function(model),
-        regularity_function(model),
-        *([] if model.outputs is None else [derived_outputs(model).function]),
+        *functions_beside(model),
     ]
 
 
@@ -89,9 +85,8 @@ def stage_fields(
     """
     found = {function.name(): function for function in functions}
     transition, readings = found[TRANSITION], found[READINGS]
-    x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
     n_x, n_w, n_r = model.n_x, model.n_w, model.n_r
-    row, unit = stride(n_x), unit_rows(step_derivatives(model, x, w, dt)[1])
+    row, unit = stride(n_x), unit_diagonal(model)
     in_roots = max(n_x * (n_x + n_w), (n_r + n_x) ** 2)
     own, array = _covariance_fields(model, transition) if form == "covariance" else ({}, 0)
     return {

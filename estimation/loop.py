@@ -18,7 +18,7 @@ from estimation.linearisation import READINGS, TRANSITION, stage_fields
 from estimation.outputs import NAME as DERIVED
 from estimation.stage_limits import stage_limits
 from estimation.status import REGULARITY_LIMIT, Status
-from estimation.stored import stride
+from estimation.stored import QUAD, stride
 from models.state_space import StateSpaceModel
 
 GENERATED = """typedef int (*generated)(const real **, real **, integer *, real *, int);
@@ -129,7 +129,7 @@ def kernel_sources() -> list[str]:
 
 def stage_sizes(model: StateSpaceModel) -> dict[str, int]:
     """Return the macros by which a stage is compiled for models of one size."""
-    return {"N_X": model.n_x, "N_W": model.n_w, "N_R": model.n_r}
+    return {"N_X": model.n_x, "N_W": model.n_w, "N_R": model.n_r, "QUAD": QUAD}
 
 
 def _texts(*names: str) -> list[str]:

@@ -70,7 +70,6 @@ class Machine:
     def load(
         self,
         groups: Sequence[Sequence[ca.Function]],
-        described: ctypes.Structure,
         places: Sequence[ctypes.Structure],
         others: Sequence[CSource],
     ) -> list[ctypes.CDLL]:
@@ -79,8 +78,7 @@ class Machine:
         Parameters
         ----------
         groups : generated functions, one library each
-        described : C's structure Model
-        places : structures with members of the functions' names
+        places : structures with members of the functions' names, C's structure Model first
         others : C that is compiled beside, the Kalman stage first
 
         Returns
@@ -105,8 +103,7 @@ class Machine:
                         setattr(place, function.name(), made)
         stage, *rest = libraries[len(groups) :]
         for name in KERNEL:
-            address = ctypes.cast(stage[f"kernel_{name}"], ctypes.c_void_p).value
-            setattr(described, name, address)
+            setattr(places[0], name, ctypes.cast(stage[f"kernel_{name}"], ctypes.c_void_p).value)
         return rest
 
     def _value(self, name: str, value: Any) -> Any:

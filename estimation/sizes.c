@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#define QUAD 4
 #ifdef N_X
 #define LD ((N_X + QUAD - 1) / QUAD * QUAD)
 #else

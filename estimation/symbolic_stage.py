@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import casadi as ca
 
 from estimation import in_order
@@ -48,6 +50,13 @@ def step_derivatives(
     out = difference_jacobian(model, reached)
     F = out @ ca.jacobian(reached, x) @ retract_jacobian(model, x)
     return reached, F, out @ ca.jacobian(reached, w)
+
+
+@lru_cache(maxsize=16)
+def unit_diagonal(model: StateSpaceModel) -> tuple[int, ...]:
+    """Return 1 for each row (n_x) of F whose diagonal is the number one at every state, else 0."""
+    x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
+    return tuple(in_order.unit_rows(step_derivatives(model, x, w, dt)[1]))
 
 
 def residual_derivative(model: StateSpaceModel, residual: ca.SX, x: ca.SX) -> ca.SX:
@@ -130,10 +139,13 @@ def difference_function(model: StateSpaceModel) -> ca.Function:
 
 
 def stage_functions(model: StateSpaceModel) -> list[ca.Function]:
-    """Return what every estimator's loop calls, ``predict`` and ``update`` first."""
+    """Return what an interpreted loop calls, ``predict`` and ``update`` first."""
+    return [predict_function(model), update_function(model), *functions_beside(model)]
+
+
+def functions_beside(model: StateSpaceModel) -> list[ca.Function]:
+    """Return what every estimator's loop calls beside its stage."""
     return [
-        predict_function(model),
-        update_function(model),
         retract_function(model),
         regularity_function(model),
         *([] if model.outputs is None else [derived_outputs(model).function]),

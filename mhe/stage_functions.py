@@ -29,7 +29,12 @@ from __future__ import annotations
 import casadi as ca
 
 from estimation import in_order
-from estimation.symbolic_stage import difference_function, difference_jacobian, stacked_residual
+from estimation.symbolic_stage import (
+    difference_function,
+    difference_jacobian,
+    stacked_residual,
+    unit_diagonal,
+)
 from mhe.constraint_rows import constrain_function
 from mhe.loss import huber, huber_weight
 from models.state_space import StateSpaceModel
@@ -41,7 +46,7 @@ def retreat_function(model: StateSpaceModel, predict: ca.Function) -> ca.Functio
     F = ca.SX.sym("F", predict.sparsity_out("F"))
     G = ca.SX.sym("G", predict.sparsity_out("G"))
     lam_hat, w_s = (
-        in_order.product(F.T, lam, unit=_unit(predict)),
+        in_order.product(F.T, lam, unit=unit_diagonal(model)),
         -(noise_scale * noise_scale * (G.T @ lam)),
     )
     return _function(
@@ -73,11 +78,6 @@ def smooth_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
         "H": H,
     }
     return _function("smooth", arguments, d_s=d_s, lam=lam, length=length, expected=expected)
-
-
-def _unit(predict: ca.Function) -> list[int]:
-    """Return which ones on the diagonal of a stage's F are always there."""
-    return in_order.unit_rows(predict.call(predict.sx_in())[predict.index_out("F")])
 
 
 def _back(L: ca.SX, W: ca.SX, e: ca.SX, H: ca.SX, lam_hat: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -120,7 +120,7 @@ def propagate_function(
     shift, W = ca.SX.sym("shift", n_x), ca.SX.sym("W", n_x, n_r)
     F = ca.SX.sym("F", predict.sparsity_out("F"))
     L, H = ca.SX.sym("L", update.sparsity_out("L")), ca.SX.sym("H", update.sparsity_out("H"))
-    z = in_order.product(F, shift, unit=_unit(predict))
+    z = in_order.product(F, shift, unit=unit_diagonal(model))
     e = -ca.solve(L, H @ z)
     arguments = {"shift": shift, "F": F, "W": W, "L": L, "H": H}
     return _function("propagate", arguments, e=e, d_plus=z + W @ e)
