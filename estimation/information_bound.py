@@ -45,8 +45,6 @@ def information_bound(
     model: StateSpaceModel,
     measurements: Iterable[Measurement],
     states: Array,
-    *,
-    stage: KalmanStage | None = None,
 ) -> InformationBound:
     """Return the bound along known states.
 
@@ -55,10 +53,8 @@ def information_bound(
     measurements : only their times and which rows are present matter, and, for
         sensors whose residual is curved, where they are linearised
     states : (n, n_x) the true states, one per measurement
-    stage : of the model, where it is built already
     """
-    stage = stage or KalmanStage(model)
-    covariance, std = model.prior.covariance, []
+    stage, covariance, std = KalmanStage(model), model.prior.covariance, []
     jacobian = output_jacobian(model)
     before: tuple[float, Array] | None = None
     for measurement, x in zip(measurements, states, strict=True):

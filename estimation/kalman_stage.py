@@ -146,14 +146,6 @@ class KalmanStage:
     def _deviation(self, mean: Array, x_lin: Array | None) -> Array:
         return self._no_deviation if x_lin is None else self._difference(mean, x_lin)[0]
 
-    def derivatives(
-        self, x_lin: Array, dt: float, w_lin: Array | None = None
-    ) -> tuple[Array, Array]:
-        """Return F (n_x, n_x) and G (n_x, n_w) of a step of `dt` seconds at (x_lin, w_lin)."""
-        no_covariance = np.zeros((self.model.n_x, self.model.n_x))
-        prediction = self.predict(GaussianState(x_lin, no_covariance), dt, x_lin, w_lin)
-        return prediction.F, prediction.G
-
     def update(
         self,
         state: GaussianState,
@@ -185,11 +177,6 @@ class KalmanStage:
     def remark(self) -> Status:
         """Return whether an update since the last call has lost its digits."""
         return Status.DIGITS_LOST if self._made.lost() else Status.SOLVED
-
-    def output_matrix(self, x: Array, y: Array) -> Array:
-        """Return H (n_r, n_x) of stacked readings at a state; rows without a reading are zero."""
-        no_covariance = np.zeros((self.model.n_x, self.model.n_x))
-        return self.update(GaussianState(x, no_covariance), y).H
 
 
 def rows_present(model: StateSpaceModel, y: Array) -> NDArray[np.bool_]:

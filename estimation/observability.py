@@ -37,8 +37,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import orth, qr, solve_triangular
 
+from estimation.derivatives import Derivatives
 from estimation.information_bound import OBSERVABLE_FRACTION, InformationBound, information_bound
-from estimation.kalman_stage import KalmanStage
 from estimation.outputs import output_jacobian, outputs_of
 from estimation.recording import Measurement
 from estimation.symmetry import direction, holds
@@ -139,7 +139,7 @@ def observability_matrix(
     measurements: Sequence[Measurement],
     states: Array,
     *,
-    stage: KalmanStage | None = None,
+    derivatives: Derivatives | None = None,
 ) -> Array:
     """Return O (n_rows, n_x) along known states, scaled as in the module's equation.
 
@@ -148,15 +148,15 @@ def observability_matrix(
     measurements : their times, and which rows are present; the values only place
         where curved residuals are linearised
     states : (n, n_x) the true states, one per measurement
-    stage : of the model, where it is built already
+    derivatives : of the model, where they are built already
     """
-    stage, D = stage or KalmanStage(model), model.prior.std
+    at, D = derivatives or Derivatives(model), model.prior.std
     rows, Phi = [], np.eye(model.n_x)
     for k, (measurement, x) in enumerate(zip(measurements, states, strict=True)):
         if k:
             dt = measurement.time_s - measurements[k - 1].time_s
-            Phi = stage.derivatives(states[k - 1], dt)[0] @ Phi
-        H = stage.output_matrix(x, measurement.y)
+            Phi = at.of_step(states[k - 1], dt)[0] @ Phi
+        H = at.of_readings(x, measurement.y)
         rows.append((H / model.noise_std[:, None]) @ Phi * D)
     return np.vstack(rows)
 
@@ -166,11 +166,11 @@ def observability(
     measurements: Sequence[Measurement],
     states: Array,
     *,
-    stage: KalmanStage | None = None,
+    derivatives: Derivatives | None = None,
 ) -> Observability:
     """Return what a motion's readings say about its first state; see `observability_matrix`."""
     whole = _whole_changes(model, states[0])
-    scaled = observability_matrix(model, measurements, states, stage=stage)
+    scaled = observability_matrix(model, measurements, states, derivatives=derivatives)
     scaled = scaled / model.prior.std @ whole.to_tangent
     _, s, Vt = np.linalg.svd(scaled, full_matrices=True)
     singular = np.zeros(model.n_x)
@@ -276,11 +276,13 @@ def verdict(model: StateSpaceModel, measurements: Sequence[Measurement], states:
     over the known ones: the part of the motion that shows most.
     """
     starts = np.linspace(0, len(states) - 1, FREE_STARTS).astype(int)
-    stage = KalmanStage(model)
-    candidates = [observability(model, *free_motion(model, states[i]), stage=stage) for i in starts]
+    at = Derivatives(model)
+    candidates = [
+        observability(model, *free_motion(model, states[i]), derivatives=at) for i in starts
+    ]
     return Verdict(
         max(candidates, key=lambda found: found.rank),
-        information_bound(model, measurements, states, stage=stage),
+        information_bound(model, measurements, states),
     )
 
 

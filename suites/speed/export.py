@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimation.kalman_stage import KalmanStage
+from estimation.derivatives import Derivatives
 from models.pen_config import PenConfig
 from models.state_space import StateSpaceModel
 from suites.speed.problems import Problem
@@ -82,8 +82,8 @@ def _window_arrays(
     windows = [each.window for each in solved]
     dt = np.array([window.dt for window in windows])
     steps, which = np.unique(dt, return_inverse=True)
-    stage = KalmanStage(model)
-    F, G = zip(*(stage.derivatives(model.prior.mean, float(step)) for step in steps), strict=True)
+    at = Derivatives(model)
+    F, G = zip(*(at.of_step(model.prior.mean, float(step)) for step in steps), strict=True)
     transition = {"F": F, "G": G} if is_plain(model) else {}
     optima = [running_on(model, each.window.prior.mean, each.optimum.trajectory) for each in solved]
     readings = np.array([[m.y for m in window.measurements] for window in windows])

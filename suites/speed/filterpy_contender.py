@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from estimation.kalman_stage import KalmanStage
+from estimation.derivatives import Derivatives
 from models.state_space import StateSpaceModel
 from suites.speed.contender import ContenderAbsentError, RaceOutcome, peer
 from suites.speed.filterpy_readings import READINGS
@@ -34,7 +34,7 @@ class Filterpy:
             raise ContenderAbsentError("filterpy has no missing rows")
         self._readings = READINGS[readings](model)
         self._filter = kalman.ExtendedKalmanFilter(model.n_x, model.n_y)
-        self._filter.F, G = KalmanStage(model).derivatives(model.prior.mean, dt)
+        self._filter.F, G = Derivatives(model).of_step(model.prior.mean, dt)
         self._filter.Q, self._filter.R = G @ G.T, np.diag(model.noise_std**2)
         self._x, self._P = model.prior.mean, model.prior.covariance
 

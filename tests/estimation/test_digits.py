@@ -12,6 +12,7 @@ import pytest
 import pen_mhe as pm
 from ekf_baseline.ekf import Ekf
 from estimation import interpreted_stage
+from estimation.derivatives import Derivatives
 from estimation.estimate import Estimate
 from estimation.kalman_stage import KalmanStage
 from estimation.recording import Measurement
@@ -52,9 +53,9 @@ def readings(n: int = N_STEPS) -> list[Measurement]:
 
 def exact_deviations(model: StateSpaceModel, n: int = N_STEPS) -> list[Array]:
     """Of every step, in rational arithmetic."""
-    stage, found = KalmanStage(model), []
-    F, G = stage.derivatives(model.prior.mean, STEP_S)
-    H = stage.output_matrix(model.prior.mean, np.zeros(1))
+    at, found = Derivatives(model), []
+    F, G = at.of_step(model.prior.mean, STEP_S)
+    H = at.of_readings(model.prior.mean, np.zeros(1))
     P = exact_filter.exact(model.prior.covariance)
     for k in range(n):
         P = exact_filter.predicted(P, F, G) if k else P
@@ -83,8 +84,7 @@ def test_a_chain_against_rational_arithmetic(ratio: float, name: str) -> None:
 def test_a_difference_of_covariances_has_no_such_digits() -> None:
     """The test's own test: the plain P - W Wᵀ, in the same arithmetic."""
     model = chain(1e16)
-    stage = KalmanStage(model)
-    F, G = stage.derivatives(model.prior.mean, STEP_S)
+    F, G = Derivatives(model).of_step(model.prior.mean, STEP_S)
     P, h, found = model.prior.covariance, np.array([1.0, 0, 0]), []
     with np.errstate(invalid="ignore"):
         for k in range(N_STEPS):
@@ -169,7 +169,8 @@ def test_a_linearised_free_pen_against_sixty_digits(ratio: float, tolerance: flo
     model = pm.pen_model("reference", sensors)
     measurements = list(recording.measurements(model))
     points = [estimate.state.mean for estimate in steps(Ekf(model), measurements)]
-    stage, noise_std, number = KalmanStage(model), model.noise_std, exact_filter.sixty_digits
+    stage, at = KalmanStage(model), Derivatives(model)
+    noise_std, number = model.noise_std, exact_filter.sixty_digits
     prior = GaussianState(points[0], ratio * noise_std.min() ** 2 * np.eye(model.n_x))
     with exact_filter.long_decimals():
         P = exact_filter.exact(prior.covariance, number)
@@ -177,7 +178,7 @@ def test_a_linearised_free_pen_against_sixty_digits(ratio: float, tolerance: flo
         for k, measurement in enumerate(measurements):
             if k:
                 dt = measurement.time_s - measurements[k - 1].time_s
-                F, G = stage.derivatives(points[k - 1], dt)
+                F, G = at.of_step(points[k - 1], dt)
                 P = exact_filter.predicted(P, F, G, number)
                 gaussian = stage.predict(gaussian, dt, points[k - 1]).state
             update = stage.update(gaussian, measurement.y, x_lin=points[k])
