@@ -16,6 +16,7 @@ def _symmetric(matrix: ca.SX) -> ca.SX:
     return ca.tril2symm(ca.tril(matrix))
 
 
+@lru_cache(maxsize=16)
 def predict_function(model: StateSpaceModel) -> ca.Function:
     """Return the symbolic predict stage of a model.
 
@@ -87,6 +88,7 @@ def stacked_residual(model: StateSpaceModel, y: ca.SX, x: ca.SX) -> ca.SX:
     return ca.vertcat(*rows)
 
 
+@lru_cache(maxsize=16)
 def update_function(model: StateSpaceModel) -> ca.Function:
     """Return the symbolic update stage of a model.
 
