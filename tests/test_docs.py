@@ -17,11 +17,13 @@ import numpy as np
 import pytest
 
 from estimation.estimator import run
+from mhe.scheme import TOLERANCE
 from models.arrays import Array
+from models.pen import pen_model
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import LEAST_SQUARES, create_estimator, settings_read
-from recordings.simulate_pen import simulate_model
+from recordings.simulate_pen import simulate, simulate_model
 from tests.references import casadi_arrival, kalman
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "docs" / "damped_spring.py"
@@ -144,3 +146,17 @@ def test_casadis_arrival_cost_does_worse_than_a_kalman_filter(
         np.sqrt(np.mean((found - states)[newest:] ** 2, axis=0)) for found in (means, theirs)
     )
     assert (of_theirs > 1.05 * of_filter).all()
+
+
+def test_a_looser_tolerance_than_the_default_leaves_the_optimum_by_more_than_a_millionth() -> None:
+    script = runpy.run_path(str(EXAMPLE.with_name("tolerance.py")))
+    sensors = ["accel", "gyro"]
+    model = pen_model("reference", sensors)
+    recording = simulate("reference", sensors, duration_s=0.6, seed=3)
+    exact, _ = script["timed"](model, recording, script["EXACT"])
+    apart = [
+        np.abs((script["timed"](model, recording, tolerance)[0].mean - exact.mean) / exact.std)
+        for tolerance in script["TOLERANCES"][:2]
+    ]
+    assert script["TOLERANCES"][0] == TOLERANCE
+    assert apart[0].max() < 1e-6 < apart[1].max()
