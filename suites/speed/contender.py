@@ -26,6 +26,7 @@ ItemIn = TypeVar("ItemIn", contravariant=True)
 
 ONE_PASS, CONVERGED = "one pass", "converged"
 PASS_CALL, CONVERGED_CALL = "one pass, compiled call", "converged, compiled call"
+COLD_CALL = "one pass, compiled call, cold caches"
 STEP, OVERHEAD, BATCH = "step", "step overhead", "batch"
 STREAM_CALL, FULL_STREAM_CALL = "stream, compiled call", "stream, compiled call, full passes"
 EXPORTED, EXPORTED_FLOAT = "step, exported C", "step, exported C, float"
@@ -80,6 +81,8 @@ class Entry(Generic[ItemT]):
     samples : samples that one call of `solve` takes; times are divided by it
     horizon : N, where it is not the problem's
     judged : whether its newest state is to be that of the reference
+    is_cold : whether the processor has forgotten it before every call, as it may between the
+        samples of a live sensor
     """
 
     name: str
@@ -88,6 +91,7 @@ class Entry(Generic[ItemT]):
     samples: int = 1
     horizon: int | None = None
     judged: bool = True
+    is_cold: bool = False
 
     @property
     def label(self) -> str:

@@ -12,6 +12,7 @@ from suites.speed.contender import (
     ALGEBRA,
     BATCH,
     BUFFERS,
+    COLD_CALL,
     CONVERGED,
     CONVERGED_CALL,
     EXPORTED,
@@ -46,9 +47,15 @@ QP_CONTENDERS: Mapping[str, Callable[..., Contender[SpeedWindow]]] = MappingProx
 )
 """What solves one Gauss-Newton step as a QP; each also tells the time of its compiled calls."""
 
+CALLS = ((PASS_CALL, False), (COLD_CALL, True))
+"""Compiled calls of one pass: right after another window, and with cold caches."""
+
 WINDOW_CONTENDERS: tuple[Entry[SpeedWindow], ...] = (
     Entry("mhe-rti", ONE_PASS, partial(WindowStep, name="mhe-rti")),
-    Entry("mhe-rti", PASS_CALL, partial(WindowStep, name="mhe-rti", call_only=True)),
+    *(
+        Entry("mhe-rti", mode, partial(WindowStep, name="mhe-rti", call_only=True), is_cold=cold)
+        for mode, cold in CALLS
+    ),
     *(
         Entry(name, mode, partial(build, call_only=mode == PASS_CALL))
         for name, build in QP_CONTENDERS.items()
@@ -58,9 +65,14 @@ WINDOW_CONTENDERS: tuple[Entry[SpeedWindow], ...] = (
     Entry("piqp", ONE_PASS, Piqp),
     Entry("qpalm", ONE_PASS, Qpalm),
     *(
-        Entry(name, mode, partial(Acados, settings=settings, call_only=mode == PASS_CALL))
+        Entry(
+            name,
+            mode,
+            partial(Acados, settings=settings, call_only=mode != ONE_PASS),
+            is_cold=mode == COLD_CALL,
+        )
         for name, settings in (("acados", ACADOS), ("acados-tuned", ACADOS_TUNED))
-        for mode in (ONE_PASS, PASS_CALL)
+        for mode in (ONE_PASS, *dict(CALLS))
     ),
     Entry("mhe", CONVERGED, partial(WindowStep, name="mhe")),
     Entry("mhe", CONVERGED_CALL, partial(WindowStep, name="mhe", call_only=True)),

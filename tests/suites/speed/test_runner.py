@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import gc
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from models.state_space import StateSpaceModel
 from models.turntable import paper_turntable, turntable_model
+from suites.speed import runner
 from suites.speed.clock import (
     OWN_CPU_CLOCK,
     OWN_WALL_CLOCK,
@@ -83,6 +85,17 @@ def test_a_quick_contender_repeats_its_turn(model: StateSpaceModel) -> None:
     (turn,) = racer.turns
     assert set(turn.readings) == {Reading(0.25e-6, 0.25e-6, OWN_WALL_CLOCK)}
     assert len(turn.readings) == MOST_REPEATS
+
+
+def test_what_starts_cold_finds_the_caches_empty_at_every_call(
+    model: StateSpaceModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[str] = []
+    monkeypatch.setattr(runner, "forget_caches", lambda: calls.append("forgotten"))
+    cold, hot = (entry(name, calls, Counted(1e-3)) for name in ("cold", "hot"))
+    race(built([replace(cold, is_cold=True), hot], model, 0, print), [7], warm_up=0)
+    assert calls[:4] == ["forgotten", "cold7", "forgotten", "cold7"]
+    assert calls[-2:] == ["hot7", "hot7"]
 
 
 def test_who_counts_cpu_time_itself_is_believed(model: StateSpaceModel) -> None:
