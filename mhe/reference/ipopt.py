@@ -178,8 +178,8 @@ class MheIpopt:
         scale = self._covariance_pass(window, guess)[1].std
         parameters = problem.parameters(window.prior, window.measurements, guess.states, scale)
         start = problem.pack(window.prior, guess)
-        lower, upper = problem.constraint_bounds(window.measurements)
-        solution = self._solver(x0=start, p=parameters, lbg=lower, ubg=upper)
+        limits = problem.limits(window.measurements, guess.states, scale)
+        solution = self._solver(x0=start, p=parameters, **limits)
         stats = self._solver.stats()
         status = RETURN_STATUS.get(stats["return_status"], Status.SOLVER_FAILED)
         variables = np.asarray(solution["x"]).ravel()
