@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
@@ -138,20 +139,21 @@ def run_measurements(
 def first_state(model: StateSpaceModel, prior: GaussianState | None) -> GaussianState:
     """Return the prior to start from: the model's where none is given.
 
+    Its covariance is made symmetric to the last bit, which rounding may have left it without.
+
     Raises
     ------
     InputError
         If the prior is not of the model's size.
     """
-    if prior is None:
-        return model.prior
+    prior = model.prior if prior is None else prior
     shapes, expected = (prior.mean.shape, prior.covariance.shape), ((model.n_x,), (model.n_x,) * 2)
     if shapes != expected:
         raise InputError(
             f"prior of model {model.name}: mean and covariance have shapes {shapes[0]} and "
             f"{shapes[1]}, expected {expected[0]} and {expected[1]}"
         )
-    return prior
+    return replace(prior, covariance=(prior.covariance + prior.covariance.T) / 2)
 
 
 def late_estimate(model: StateSpaceModel, time_s: float, state: GaussianState) -> Estimate:

@@ -10,6 +10,7 @@ import pytest
 from estimation.estimate import EstimateHistory
 from estimation.estimator import run
 from estimation.recording import Measurement, Recording
+from mhe.scheme import TOLERANCE
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
@@ -70,7 +71,11 @@ def test_compiled_is_interpreted(name: str) -> None:
     _, b = plain.batch(plain.init(), TIME_S, Y)
     assert (said(MODEL, a) == FOUND).all()
     assert (said(MODEL, b) == FOUND).all()
-    assert (np.abs(a.mean - b.mean) / a.std).max() < 1e-9
+    apart = np.abs(a.mean - b.mean).max()
+    if name == "mhe":  # each ends where its own tolerance lets it
+        assert (np.abs(a.mean - b.mean) / a.std).max() < TOLERANCE
+    else:
+        assert apart == 0
 
 
 @pytest.mark.parametrize("name", ["ekf", "mhe-rti"])

@@ -112,7 +112,7 @@ STUDIES: Mapping[str, SmallRun] = MappingProxyType(
         ),
         "bad-starts": study(
             "bad-starts",
-            lambda folder: run_bad_starts(folder, ("gesture-0.5",), ("ekf",), 50, JOBS),
+            lambda folder: run_bad_starts(folder, ("gesture-30",), ("ekf",), 50, JOBS),
             5,
             ("bad_starts.csv",),
         ),

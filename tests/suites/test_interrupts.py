@@ -30,7 +30,10 @@ SMALL = {**small_runs.small_suites(DATA), **small_runs.STUDIES}
 WITHIN_S, ENDS_WITHIN_S = 200.0, 15.0
 """Longest wait for half of a run; and for the end of one that was interrupted."""
 
-TIMES = {"median_s", "p99_s", "max_s", "build_s", "time_ratio", "deadlines"}
+TIMES = {
+    *("median_s", "p99_s", "max_s", "min_s", "cpu_min_s", "cpu_median_s", "build_s"),
+    *("core_share", "time_ratio", "deadlines"),
+}
 """Entries of written files that no two runs have alike."""
 
 
