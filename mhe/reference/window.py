@@ -8,8 +8,8 @@ L̄ is the Cholesky factor of the arrival cost's covariance: like the process
 noise it enters as a unit noise w₋₁, so no covariance is ever inverted. ρ is half the sum of
 squares, or Huber's loss of `mhe.loss` where the configuration has thresholds. States
 are x_k = x̃_k ⊞ D δ_k around a given trajectory x̃, with D a diagonal scale; δ
-and w are the decision variables. A bound on a state that adds is one on its δ: the solver never leaves
-it, and asks no model for readings outside. Other bounds are constraints like g.
+and w are the decision variables. A bound on a state that adds is one on its δ: the solver never
+leaves it, and asks no model for readings outside. Other bounds are constraints like g.
 
 A window shorter than the horizon is padded in front with empty stages: Δt = 0
 and nothing present, which changes nothing.
