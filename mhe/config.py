@@ -51,7 +51,7 @@ class WindowConfig:
     """
 
     horizon: int = 20
-    arrival_cost: str = "filtered"
+    arrival_cost: str = "smoothed"
     huber: Mapping[str, float] = field(default_factory=dict)
     sparse_noise: float | None = None
     deadline_s: float | None = None

@@ -1,9 +1,8 @@
 """Which stages keep their factors when the window slides: the threshold.
 
-A kept stage is eliminated, when it leaves, where its factors were made, and not where an EKF
-would have it (the arrival cost ``filtered``). Where sensors hold all states that changes the
-newest state by a few hundredths of its standard deviation, whatever the threshold; full passes
-that eliminate at the window's estimate (``smoothed``) are a few thousandths away. Most passes get
+A kept stage is eliminated, when it leaves, where its factors were made: about where the arrival
+cost ``smoothed`` has it. Where sensors hold all states the newest state is then a few thousandths
+of its standard deviation from that of full passes, whatever the threshold. Most passes get
 three to four times as fast with N = 20, ten times with N = 100 (`pen-mhe real-time`): what takes
 time is the few stages that moved, not the horizon. Where sensors do not hold all states
 (no camera: heading, position, and in its wake the elevation are not observable), what an

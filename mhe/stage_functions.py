@@ -162,23 +162,6 @@ def shake_function(model: StateSpaceModel) -> ca.Function:
     return _function("shake", arguments, noise_scale=ca.vertcat(ca.SX(0, 1), *scale), cost=cost)
 
 
-def misjudge_function(model: StateSpaceModel) -> ca.Function:
-    """Return (x̄, x, y, present) → by how many σ a linearisation at x̄ is off at x.
-
-    ``max |r(x) - (r(x̄) - H (x ⊟ x̄))| / σ`` over the rows present.
-    """
-    mean, x = ca.SX.sym("mean", model.n_x), ca.SX.sym("x", model.n_x)
-    y, present = ca.SX.sym("y", model.n_y), ca.SX.sym("present", model.n_r)
-    delta = ca.SX.sym("delta", model.n_x)
-    r = stacked_residual(model, y, model.retract(mean, delta))
-    origin = ca.SX.zeros(model.n_x)
-    slope = ca.substitute(ca.jtimes(r, delta, model.difference(x, mean)), delta, origin)
-    expected = ca.substitute(r, delta, origin) + slope
-    off = ca.fabs(present * (stacked_residual(model, y, x) - expected) / model.noise_std)
-    arguments = {"mean": mean, "x": x, "y": y, "present": present}
-    return _function("misjudge", arguments, off=ca.mmax(ca.vertcat(0, off)))
-
-
 def carry_function(model: StateSpaceModel) -> ca.Function | None:
     """Return (x̄, d, x = x̄ ⊞ d) → J (n_x, n_x) = ∂((x̄ ⊞ (d + ε)) ⊟ x)/∂ε at ε = 0.
 
@@ -203,7 +186,6 @@ def pass_functions(
         propagate_function(model, predict, update),
         absorb_function(model, update),
         spread_function(model),
-        misjudge_function(model),
     ]
 
 

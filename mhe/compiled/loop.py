@@ -17,7 +17,7 @@ from estimation.loop import NO_FUNCTION
 from estimation.rest import rest_constants, rest_fields
 from estimation.stored import stored, stride
 from mhe import constraint_rows
-from mhe.arrival_cost import ARRIVAL_COSTS, RELINEARISATION_LIMIT
+from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import Clock, RealTimeConfig
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.rules import ACTIVE_SET, DESCENT, most_active
@@ -92,7 +92,6 @@ def window_loop(
             "row_conditions": constraint_rows.needs(model),
             "arrival": list(ARRIVAL_COSTS).index(config.arrival_cost),
             "constant_covariance": stored(model.prior),
-            "relinearisation_limit": RELINEARISATION_LIMIT,
             "reuse": reuse_threshold(model, config),
             "iterate": scheme.converges,
             "n_stages": n_stages,

@@ -14,28 +14,6 @@ static integer staying(const Window *s, const real *given, real limit)
     return k > drop ? k - drop : 0;
 }
 
-/* By how many standard deviations readings at x are off what a linearisation at the mean has them. */
-static real misjudged_at(const Window *s, const real *mean, const real *x, const real *y,
-                         const real *present)
-{
-    const Model *m = &s->model;
-    const Work *o = &s->work;
-    real *expected = m->v, *H = m->H, off = 0;
-    const real *at[] = {mean, y};
-    real *linear[] = {expected, H};
-    call(m, &m->readings, at, linear);
-    difference(s, x, mean, o->defect);
-    for (integer r = 0; r < m->n_r; r++) {
-        for (integer k = m->H_at[r]; k < m->H_at[r + 1]; k++)
-            expected[r] -= H[k] * o->defect[m->H_column[k]];
-        expected[r] /= m->noise_std[r];
-    }
-    const real *judged[] = {x, y, present, expected};
-    real *results[] = {&off};
-    call(m, &s->judge, judged, results);
-    return off;
-}
-
 /* Prior of the first stage that stays, given all readings before it: the dropped stage is
  * eliminated by one update and one prediction; see mhe/arrival_cost.py. As its factors were made,
  * where `kept`: so those behind it stay as they are. `given` is the full window; the new prior is
@@ -73,9 +51,6 @@ static void arrive(const Window *s, const real *given, int kept, real *memory)
         noise_scale = o->noise_scale;
     }
     int at_window = s->arrival == ARRIVAL_smoothed;
-    if (s->arrival == ARRIVAL_filtered && !kept) {
-        at_window = misjudged_at(s, mean, x, y, row_scale) > s->relinearisation_limit;
-    }
     const real dt = interval(s, given, 0);
     const real *x_lin = at_window ? x : mean;
     if (kept) {

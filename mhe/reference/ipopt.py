@@ -21,6 +21,7 @@ from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse
 from mhe.config import MheIpoptConfig
 from mhe.constraint_rows import inequality_demanded
 from mhe.reference.window import WindowProblem
+from mhe.stage_functions import carry_function
 from mhe.trajectory import Trajectory, WindowSolution
 from mhe.weights import Weights
 from models.arrays import Array
@@ -84,6 +85,7 @@ class MheIpopt:
         self.config = checked_config(self.name, config, MheIpoptConfig)
         self._stage, self._weights = KalmanStage(model), Weights(model, self.config)
         self._rest = RestDetector(model)
+        self._carry = carry_function(model)
         self._problem = WindowProblem.build(model, self.config)
         self._solver = ca.nlpsol("mhe", "ipopt", self._problem.nlp, self._solver_options())
 
@@ -178,8 +180,8 @@ class MheIpopt:
         scale = self._covariance_pass(window, guess)[1].std
         parameters = problem.parameters(window.prior, window.measurements, guess.states, scale)
         start = problem.pack(window.prior, guess)
-        lower, upper = problem.constraint_bounds(window.measurements)
-        solution = self._solver(x0=start, p=parameters, lbg=lower, ubg=upper)
+        limits = problem.limits(window.measurements, guess.states, scale)
+        solution = self._solver(x0=start, p=parameters, **limits)
         stats = self._solver.stats()
         status = RETURN_STATUS.get(stats["return_status"], Status.SOLVER_FAILED)
         variables = np.asarray(solution["x"]).ravel()
@@ -226,7 +228,8 @@ class MheIpopt:
         self, window: MheState, trajectory: Trajectory
     ) -> tuple[Update, GaussianState]:
         """Run the Kalman stage over the window, linearised at the trajectory."""
-        gaussian, times = window.prior, [m.time_s for m in window.measurements]
+        gaussian, away = self._carried(window.prior, trajectory.states[0])
+        times = [m.time_s for m in window.measurements]
         for k, measurement in enumerate(window.measurements):
             if k:
                 x, w = trajectory.states[k - 1], trajectory.noises[k - 1]
@@ -235,13 +238,21 @@ class MheIpopt:
                 gaussian = self._stage.predict(gaussian, dt, x, w, scale).state
             x, predicted = trajectory.states[k], gaussian
             rows, _ = self._weights.readings(x, measurement.y)
-            update = self._stage.update(predicted, measurement.y, rows, x)
+            update = self._stage.update(predicted, measurement.y, rows, x, None if k else away)
             gaussian = update.state
         if self.config.has_losses:  # told is the innovation itself, not its weighed share
             told = self._stage.update(predicted, measurement.y, x_lin=x)
             v, S = told.innovation, told.innovation_covariance
             update = replace(update, innovation=v, innovation_covariance=S)
         return update, GaussianState(trajectory.states[-1], gaussian.covariance)
+
+    def _carried(self, prior: GaussianState, x: Array) -> tuple[GaussianState, Array]:
+        """Return a prior along the tangent space at x, and its mean's deviation from x."""
+        d = self._stage.difference(x, prior.mean)
+        if self._carry is None:
+            return prior, -d
+        J = np.asarray(self._carry(prior.mean, d, x))
+        return GaussianState(prior.mean, J @ prior.covariance @ J.T), -J @ d
 
     def _solver_options(self) -> dict[str, Any]:
         options: dict[str, Any] = {

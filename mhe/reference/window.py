@@ -8,7 +8,8 @@ L̄ is the Cholesky factor of the arrival cost's covariance: like the process
 noise it enters as a unit noise w₋₁, so no covariance is ever inverted. ρ is half the sum of
 squares, or Huber's loss of `mhe.loss` where the configuration has thresholds. States
 are x_k = x̃_k ⊞ D δ_k around a given trajectory x̃, with D a diagonal scale; δ
-and w are the decision variables.
+and w are the decision variables. A bound on a state that adds is one on its δ: the solver never
+leaves it, and asks no model for readings outside. Other bounds are constraints like g.
 
 A window shorter than the horizon is padded in front with empty stages: Δt = 0
 and nothing present, which changes nothing.
@@ -46,7 +47,8 @@ class WindowProblem:
     nlp : ``x, p, f, g`` for `casadi.nlpsol`
     cost : casadi.Function (decision variables, parameters) -> the objective
     gauss_newton : casadi.Function in the form of nlpsol's ``hess_lag``: JᵀΩJ of the residual
-    bounded : indices of the states that have a bound
+    curved : indices of the bounded states whose bounds are constraints
+    boxed : indices of those whose bounds are the variables' own
     """
 
     model: StateSpaceModel
@@ -54,7 +56,8 @@ class WindowProblem:
     nlp: dict[str, ca.SX]
     cost: ca.Function
     gauss_newton: ca.Function
-    bounded: tuple[int, ...]
+    curved: tuple[int, ...]
+    boxed: tuple[int, ...]
 
     @classmethod
     def build(cls, model: StateSpaceModel, config: WindowConfig) -> WindowProblem:
@@ -62,9 +65,10 @@ class WindowProblem:
         n_intervals = config.horizon
         thresholds = config.thresholds([sensor.name for sensor in model.sensors])
         n_x, n_w, n_stages = model.n_x, model.n_w, n_intervals + 1
-        bounded = tuple(
-            int(i) for i in np.flatnonzero(np.isfinite(model.lower) | np.isfinite(model.upper))
-        )
+        bounded = np.flatnonzero(np.isfinite(model.lower) | np.isfinite(model.upper)).tolist()
+        adding = adding_states(model)
+        curved = tuple(i for i in bounded if i not in adding)
+        boxed = tuple(i for i in bounded if i in adding)
         x_around = ca.SX.sym("x_around", n_x, n_stages)
         x_prior, L_prior = ca.SX.sym("x_prior", n_x), ca.SX.sym("L_prior", n_x, n_x)
         y = ca.SX.sym("y", model.n_y, n_stages)
@@ -86,7 +90,7 @@ class WindowProblem:
                 terms.append(_term(whitened[row : row + sensor.n_r], threshold))
                 row += sensor.n_r
             variables.append(delta[:, k])
-            constraints.append(ca.vertcat(ca.SX(0, 1), *(x[k][i] for i in bounded)))
+            constraints.append(ca.vertcat(ca.SX(0, 1), *(x[k][i] for i in curved)))
             constraints.append(model.inequality(x[k]))
             if k < n_intervals:
                 variables.append(w[:, k])
@@ -101,7 +105,7 @@ class WindowProblem:
             "g": ca.densify(ca.vertcat(*constraints)),
         }
         cost = ca.Function("cost", [nlp["x"], parameters], [nlp["f"]], {"cse": True})
-        return cls(model, n_intervals, nlp, cost, _gauss_newton(nlp, terms), bounded)
+        return cls(model, n_intervals, nlp, cost, _gauss_newton(nlp, terms), curved, boxed)
 
     def parameters(
         self,
@@ -141,11 +145,39 @@ class WindowProblem:
             ]
         )
 
-    def constraint_bounds(self, measurements: tuple[Measurement, ...]) -> tuple[Array, Array]:
-        """Return (lower, upper) of the constraints; padding stages demand nothing."""
+    def limits(
+        self, measurements: tuple[Measurement, ...], around: Array, scale: Array
+    ) -> dict[str, Array]:
+        """Return lbx, ubx, lbg and ubg as a solver wants them; padding stages demand nothing.
+
+        Parameters
+        ----------
+        around, scale : see `parameters`
+        """
+        free_w = np.full(self.model.n_w, np.inf)
+        boxed, first = list(self.boxed), np.full(self.model.n_x, np.inf)
+        lower, upper = [-first], [first]
+        n_pad = self.n_padded(measurements)
+        for k in range(self.n_intervals + 1):
+            low, high = -first, first.copy()
+            if k >= n_pad:
+                x, D = around[k - n_pad, boxed], scale[boxed]
+                low[boxed] = (self.model.lower[boxed] - x) / D
+                high[boxed] = (self.model.upper[boxed] - x) / D
+            lower += [low, -free_w] if k < self.n_intervals else [low]
+            upper += [high, free_w] if k < self.n_intervals else [high]
+        lbg, ubg = self._constraint_bounds(measurements)
+        return {
+            "lbx": np.concatenate(lower),
+            "ubx": np.concatenate(upper),
+            "lbg": lbg,
+            "ubg": ubg,
+        }
+
+    def _constraint_bounds(self, measurements: tuple[Measurement, ...]) -> tuple[Array, Array]:
         model, n_pad = self.model, self.n_padded(measurements)
         equal, n_g = np.zeros(model.n_x), int(model.inequality.numel_out(0))
-        bounded = list(self.bounded)
+        bounded = list(self.curved)
         lower, upper = [equal], [equal]
         for k in range(self.n_intervals + 1):
             real = k >= n_pad
@@ -185,6 +217,8 @@ class WindowProblem:
                 for x, step in zip(around, delta, strict=True)
             ]
         )
+        boxed = list(self.boxed)  # dividing and multiplying by the scale rounds
+        states[:, boxed] = np.clip(states[:, boxed], model.lower[boxed], model.upper[boxed])
         return Trajectory(states, inner[n_pad:, n_x:])
 
     def n_padded(self, measurements: tuple[Measurement, ...]) -> int:
@@ -194,6 +228,20 @@ class WindowProblem:
     @staticmethod
     def _padded(around: Array, n_pad: int) -> Array:
         return np.vstack([np.repeat(around[:1], n_pad, axis=0), around])
+
+
+def adding_states(model: StateSpaceModel) -> frozenset[int]:
+    """Return the indices of states of which x ⊞ δ is x + δ."""
+    x, delta = ca.SX.sym("x", model.n_x), ca.SX.sym("delta", model.n_x)
+    moved = model.retract(x, delta)
+    slopes = ca.jacobian(moved, delta)
+    origin = ca.substitute(moved, delta, ca.SX.zeros(model.n_x))
+    unit = ca.DM.eye(model.n_x)
+    return frozenset(
+        i
+        for i in range(model.n_x)
+        if ca.sparsify(slopes[i, :] - unit[i, :]).nnz() == 0 and ca.is_equal(origin[i], x[i], 2)
+    )
 
 
 @dataclass(frozen=True, eq=False)

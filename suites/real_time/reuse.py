@@ -15,7 +15,6 @@ import numpy as np
 from estimation.estimate import EstimateHistory
 from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
-from mhe.reuse import REUSE_THRESHOLD
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from suites.real_time.streams import Stream
@@ -27,13 +26,10 @@ FIRST_S = 1.0
 THRESHOLDS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, math.inf)
 HORIZONS = (20, 100)
 FULL = "full passes"
-SMOOTHED = "full passes, arrival cost smoothed"
-KEPT_SMOOTHED = f"threshold {REUSE_THRESHOLD:g}, arrival cost smoothed, beside full passes with it"
-"""A dropped stage that was kept is eliminated about where ``smoothed`` does it: so this contender
-shows what keeping factors does, and nothing else."""
+FILTERED = "full passes, arrival cost filtered"
 OTHERS: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
-        SMOOTHED: {"arrival_cost": "smoothed"},
+        FILTERED: {"arrival_cost": "filtered"},
         "full passes, one interval more": {"horizon": 1},
     }
 )
@@ -42,7 +38,7 @@ OTHERS: Mapping[str, Mapping[str, object]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class ReuseRow:
-    """A contender beside full passes of the same horizon (and, for one, arrival cost).
+    """A contender beside full passes of the same horizon.
 
     Parameters
     ----------
@@ -84,13 +80,12 @@ def _of_horizon(
     named = {f"threshold {threshold:g}": threshold for threshold in thresholds}
     for name, threshold in named.items():
         configs[name] = replace(full, reuse_threshold=threshold)
-    configs[KEPT_SMOOTHED] = replace(configs[SMOOTHED], reuse_threshold=REUSE_THRESHOLD)
     histories = interleaved(stream, configs)
     time_s = histories[FULL].time_s
     settled = time_s >= time_s[0] + FIRST_S
     rows = []
     for name, history in histories.items():
-        wanted = histories[SMOOTHED if name == KEPT_SMOOTHED else FULL]
+        wanted = histories[FULL]
         away = distances(stream.model, history, wanted)[settled]
         stages = configs[name].horizon + 1
         rows.append(

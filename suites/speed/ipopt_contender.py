@@ -63,8 +63,8 @@ class Ipopt:
         self._window = item
         problem, guess = self._problem, item.guess
         parameters = problem.parameters(item.prior, item.measurements, guess.states, item.scale)
-        lower, upper = problem.constraint_bounds(item.measurements)
-        given = {"x0": problem.pack(item.prior, guess), "p": parameters, "lbg": lower, "ubg": upper}
+        limits = problem.limits(item.measurements, guess.states, item.scale)
+        given = {"x0": problem.pack(item.prior, guess), "p": parameters, **limits}
         self._given = {name: ca.DM(value) for name, value in given.items()}
 
     def solve(self) -> Counted | None:

@@ -6,9 +6,6 @@ prior, is solved by the reference, with bounds where the problem has them. The w
 then the prior that the default arrival cost carries on, N + 1 measurements, and as warm start
 the solution, shifted, its newest stage predicted.
 
-The prior that is carried on is again the EKF's, unless the solution lies so far from the
-EKF's mean that the arrival cost linearises there instead, as it may with bounds.
-
 Angles run on through ±π instead of being wrapped, so that a contender may add and
 subtract states as plain vectors.
 """

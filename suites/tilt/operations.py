@@ -47,7 +47,7 @@ def mhe_operations(model: StateSpaceModel, horizon: int, passes: float, searches
     of, n = _by_name(model), horizon
     # The oldest stage is eliminated, the newest predicted.
     slide = (
-        of["misjudge"] + of["difference"] + of["update"] + of["predict"]
+        of["difference"] + of["update"] + of["predict"]
         + 2 * of["retract"] + of["move"] + of["regularity"]
     )  # fmt: skip
     forward = (n + 1) * of["update"] + n * (of["predict"] + of["difference"])

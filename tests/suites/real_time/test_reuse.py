@@ -9,11 +9,11 @@ import numpy as np
 from estimation.estimator import run
 from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
+from mhe.reuse import REUSE_THRESHOLD
 from suites.real_time.reuse import (
+    FILTERED,
     FULL,
-    KEPT_SMOOTHED,
     OTHERS,
-    SMOOTHED,
     distances,
     interleaved,
     reuse_rows,
@@ -29,7 +29,6 @@ def test_rows_of_a_short_stream() -> None:
         *OTHERS,
         "threshold 0.5",
         "threshold inf",
-        KEPT_SMOOTHED,
     ]
     first, *others = rows
     assert (first.rms_std, first.max_std, first.reused, first.time_ratio) == (0, 0, 0, 1)
@@ -40,11 +39,14 @@ def test_rows_of_a_short_stream() -> None:
 
 
 def test_keeping_factors_is_near_full_passes_with_the_same_elimination() -> None:
-    rows = reuse_rows("pen24", simulated("pen24", seconds=2.0), horizons=(20,), thresholds=())
+    rows = reuse_rows(
+        "pen24", simulated("pen24", seconds=2.0), horizons=(20,), thresholds=(REUSE_THRESHOLD,)
+    )
     of = {row.contender: row for row in rows}
-    assert of[KEPT_SMOOTHED].reused > 0.6
-    assert 0 < of[KEPT_SMOOTHED].rms_std < 0.004  # as the README says, whatever else is near
-    assert of[KEPT_SMOOTHED].rms_std < of[SMOOTHED].rms_std
+    kept = of[f"threshold {REUSE_THRESHOLD:g}"]
+    assert kept.reused > 0.6
+    assert 0 < kept.rms_std < 0.004  # as the README says, whatever else is near
+    assert kept.rms_std < of[FILTERED].rms_std
 
 
 def test_taking_turns_changes_nothing() -> None:

@@ -1,0 +1,66 @@
+"""A model that is not defined beyond its bound: a tank whose outflow reads √x, and x ≥ 1e-4."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from estimation.estimator import run_measurements
+from estimation.recording import Measurement
+from models.arrays import Array
+from models.own_models import OwnSensor, own_model
+from models.state_space import StateSpaceModel
+from pen_mhe.estimators import create_estimator
+
+STEP_S, LOWEST, NOISE_STD, WALK, HORIZON = 0.1, 1e-4, 0.05, 0.02, 10
+"""Of problem ``tank`` of the suite of classics."""
+
+
+def tank() -> StateSpaceModel:
+    model = own_model(
+        "tank",
+        {"level_m": (0.3, 0.3)},
+        lambda x, w, dt: x + WALK * ca.sqrt(dt) * w,
+        1,
+        {"flow": OwnSensor(lambda x: ca.sqrt(x[0]), {"x": "m"}, NOISE_STD)},
+    )
+    return replace(model, lower=np.array([LOWEST]))
+
+
+def drawn(samples: int, seed: int) -> tuple[list[Measurement], Array]:
+    """Return readings and true levels, which are drawn again where they leave the domain."""
+    rng, level, levels, readings = np.random.default_rng(seed), 0.01, list[float](), []
+    for k in range(samples):
+        levels.append(level)
+        readings.append(
+            Measurement(STEP_S * k, np.sqrt([level]) + NOISE_STD * rng.standard_normal(1))
+        )
+        step = np.inf
+        while not level + step >= LOWEST or not np.isfinite(step):
+            step = WALK * np.sqrt(STEP_S) * rng.standard_normal()
+        level += step
+    return readings, np.array(levels)
+
+
+@pytest.mark.parametrize(
+    ("name", "samples", "seeds"),
+    [("mhe", 300, 5), ("mhe-rti", 300, 5), ("mhe-ipopt", 60, 2)],
+)
+def test_no_step_leaves_the_domain(name: str, samples: int, seeds: int) -> None:
+    estimator = create_estimator(name, tank(), horizon=HORIZON)
+    for seed in range(seeds):
+        measurements, levels = drawn(samples, seed)
+        history = run_measurements(estimator, measurements)
+        assert all(status.is_solved for status in history.status)
+        assert (history.mean[:, 0] >= LOWEST * (1 - 1e-9)).all()
+        error = np.abs(history.mean[:, 0] - levels)
+        assert (error <= 3 * history.std[:, 0]).mean() >= 0.95
+
+
+def test_a_kalman_filter_has_no_bound_and_says_so() -> None:
+    """The test's own test: without the bound the same readings end outside the domain."""
+    history = run_measurements(create_estimator("ekf", tank()), drawn(300, 0)[0])
+    assert (history.mean[:, 0] < LOWEST).any()
