@@ -115,12 +115,6 @@ CASES: Mapping[str, GyroFreeCase] = MappingProxyType(
         "noise x100": GyroFreeCase(noise_factor=100, classical=_ALL, sensors=_BOTH),
         "roll": GyroFreeCase(gesture=GestureConfig(roll="no spin"), sensors=tuple(CONFIGURATIONS)),
         "one plane": GyroFreeCase(gesture=GestureConfig(turns_hz=0.0), sensors=(NO_ROLL,)),
-        **{
-            f"one plane, noise x{factor}": GyroFreeCase(
-                noise_factor=factor, gesture=GestureConfig(turns_hz=0.0), sensors=()
-            )
-            for factor in (10, 100)
-        },
         "slow": GyroFreeCase(gesture=GestureConfig(rate_rad_s=0.5), sensors=()),
         "fast": GyroFreeCase(gesture=GestureConfig(rate_rad_s=4.0), sensors=()),
         "no bias": GyroFreeCase(errors=Errors(bias_m_s2=0.0), sensors=()),
