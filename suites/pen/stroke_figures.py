@@ -83,7 +83,7 @@ def told_tolerances(results: Results) -> Figure:
             Panel(
                 case.partition(": ")[2],
                 "tolerance reached after / s, as told",
-                "noise of the angles, gyroscope / accelerometer",
+                "noise, gyro / accel",
                 lines,
                 x_log=True,
                 y_log=True,
@@ -91,10 +91,11 @@ def told_tolerances(results: Results) -> Figure:
         )
     return Figure(
         "pen-tolerance",
-        "Less noisy with a gyroscope: off corners, or told to be calm",
+        "How noisy the angles of the gyroscope are, with corners and off them",
         "RMS change of the angles' error from sample to sample, gyroscope alone over accelerometer "
-        "alone, EKF, mean over the seeds. In what time a rate may wander by its tolerance is ours, "
-        "not [Pen]'s: the shorter, the more the angles jump where a corner changes the reading.",
+        "alone, EKF, mean over the seeds: below 1 the gyroscope's are less noisy. In what time a "
+        "rate may wander by its tolerance is ours, not [Pen]'s: the longer, the more of the changed "
+        "reading at a corner the filter takes for a change of the angles.",
         panels,
         columns=len(SHOWN),
     )

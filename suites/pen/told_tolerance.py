@@ -1,8 +1,8 @@
 """How freely the rates of the turntable may change, as estimators are told: swept.
 
 The tolerance of a rate is published; in what time the rate wanders by it
-(`TurntableConfig.tolerance_reached_after_s`) is ours. The smaller it is, the faster a filter
-follows a corner, and the more it jumps there.
+(`TurntableConfig.tolerance_reached_after_s`) is ours. The longer it is, the more constant a filter
+takes the rates for, and the more of a changed reading at a corner it takes for a change of angles.
 """
 
 from __future__ import annotations
