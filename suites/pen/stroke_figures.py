@@ -94,7 +94,7 @@ def told_tolerances(results: Results) -> Figure:
         "How noisy the angles of the gyroscope are, with corners and off them",
         "RMS change of the angles' error from sample to sample, gyroscope alone over accelerometer "
         "alone, EKF, mean over the seeds: below 1 the gyroscope's are less noisy. In what time a "
-        "rate may wander by its tolerance is ours, not [Pen]'s: the longer, the more of the changed "
+        "rate may wander by its tolerance is ours, not [Pen]'s: the longer, the more of a changed "
         "reading at a corner the filter takes for a change of the angles.",
         panels,
         columns=len(SHOWN),
