@@ -10,6 +10,10 @@ reading, normalised (7)-(9), R(0) = R_acc(0) (10), for every sample n:
     R_gz = sign(R_z(n - 1)) √(1 - R_gx² - R_gy²)                                          (18)
     R(n) ∝ R_acc + w R_g                                                             (19)-(21)
 
+The copy of the paper that we have has lost (18) to (21): nothing of them is as printed. A convex
+sum, R(n) ∝ (1 - w) R_acc + w R_g, is as natural a reading; `weight_of_sum` leads from one to the
+other.
+
 φ and θ turn by a rate each. While the carrier turns about its axis x or y, and that axis
 is level, this is exact for a constant rate and of second order in T otherwise. While it
 turns about both, about z, or about one that is not level, something is missing that does
@@ -43,8 +47,11 @@ from models.names import expected_one_of
 
 Vector = tuple[float, float, float]
 Rates = tuple[float, float]
-Form = Literal["smooth", "printed"]
+Form = Literal["smooth", "tangents"]
 Sign = Literal["turned", "previous"]
+
+GYROSCOPE_ALONE = 1e-15
+"""Part of the accelerometer in a convex sum that is as good as none."""
 
 SMALLEST = 1e-12
 """A vector shorter than this has no direction."""
@@ -59,9 +66,9 @@ class FixedWeightConfig:
     weight : w of the gyroscope; the accelerometer has 1. Larger is smoother, forgets an
         error later (within about w samples), and trusts the gyroscope's bias and the
         neglected second axis more. 0 is the accelerometer alone
-    form : of (18); ``printed`` as above, ``smooth`` without its tangents,
+    form : of (18); ``tangents`` as above, ``smooth`` without them,
         R_g ∝ (sinφ |cosθ|, |cosφ| sinθ, ± |cosφ cosθ|)
-    sign : of R_gz; ``previous`` as printed, ``turned`` as above
+    sign : of R_gz; ``previous`` as in (18) above, ``turned`` as below it
 
     Raises
     ------
@@ -82,6 +89,15 @@ class FixedWeightConfig:
                     f"{name} is {getattr(self, name)}, "
                     f"{expected_one_of(getattr(self, name), allowed)}"
                 )
+
+
+def weight_of_sum(convex: float) -> float:
+    """Return w of R_acc + w R_g for that of (1 - w) R_acc + w R_g, from 0 to 1.
+
+    1 is the gyroscope alone, for which the sum has no weight: one that leaves the accelerometer
+    as much as rounding does.
+    """
+    return convex / max(1 - convex, GYROSCOPE_ALONE)
 
 
 @dataclass(frozen=True)
@@ -180,7 +196,7 @@ def turn(direction: Vector, turn_phi: float, turn_theta: float, form: Form, sign
     side = z
     if sign == "turned":
         side = math.hypot(x, z) * cos_phi + math.hypot(y, z) * cos_theta - z
-    if form == "printed":
+    if form == "tangents":
         gx = sin_phi / math.sqrt(1 + (cos_phi * sin_theta / cos_theta) ** 2)
         gy = sin_theta / math.sqrt(1 + (cos_theta * sin_phi / cos_phi) ** 2)
         gz = math.copysign(math.sqrt(max(1 - gx * gx - gy * gy, 0.0)), side)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 TITLE = "Which sensors, which estimator?"
 PAPERS_WORLD = "The paper's world: a pen that cannot spin"
 
-SYMBOLS: Mapping[str, str] = dict(zip(VERDICTS, ("✓", "✗", "?", "–"), strict=True))
+SYMBOLS: Mapping[str, str] = dict(zip(VERDICTS, ("✓", "✗", "?", "○", "–"), strict=True))
 """Verdict → the sign beside it."""
 
 

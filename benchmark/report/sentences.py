@@ -7,7 +7,15 @@ from collections.abc import Mapping
 from benchmark.report.content import Content, ReportPart
 from benchmark.report.made_with import duration_s
 from benchmark.report.numbers import count
-from benchmark.verdicts.judge import FAILS, HOLDS, NO_DATA, UNDECIDED, Judgement
+from benchmark.verdicts.claims import Claim
+from benchmark.verdicts.judge import (
+    FAILS,
+    HOLDS,
+    NO_DATA,
+    NOT_JUDGED,
+    UNDECIDED,
+    Judgement,
+)
 from benchmark.verdicts.paired import BETTER, EQUAL, SAME, WORSE
 
 FULL_SEEDS = 20
@@ -59,13 +67,24 @@ def verdict_sentence(content: Content) -> str:
         f"{_verb(counts[FAILS], 'does not', 'do not')}, "
         f"{_verb(counts[UNDECIDED], 'is', 'are')} undecided"
     )
+    if counts[NOT_JUDGED]:
+        said += f", {_verb(counts[NOT_JUDGED], 'is', 'are')} not judged"
     if counts[NO_DATA]:
         said += f", and on {counts[NO_DATA]} this run has no data"
     return (
         f"{said}. Each was written down with its criterion before the first run, but for those "
-        "whose source says that it was after it; it is undecided where the 95 % interval of its "
+        "whose source says that it was after it, and those whose criterion says when it was "
+        "changed, and why; it is undecided where the 95 % interval of its "
         "figure crosses the criterion." + _few_seeds(content)
     )
+
+
+def notes(claim: Claim) -> list[str]:
+    """Say why a claim is not judged, its margin, and when and why its criterion was changed."""
+    said = [f"Not judged: {claim.not_judged}"] if claim.not_judged else []
+    if claim.margin > 0:
+        said.append(f"Of a single run, with a margin of {claim.margin:.0%}")
+    return [*said, *(f"Changed on {change.on}: {change.why}" for change in claim.changed)]
 
 
 def _few_seeds(content: Content) -> str:

@@ -5,6 +5,7 @@ A claim is a row ``[[claim]]`` of a suite's TOML file, committed before the suit
 
 from __future__ import annotations
 
+import datetime
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,6 +23,21 @@ PAIRED_BY = ("case", "sensors", "estimator", "quantity", "seed")
 
 STATUS_IS = "status="
 """``status=mirror`` is 1 in the rows of that status and 0 in others."""
+
+
+class Change(BaseModel):
+    """A change of a criterion.
+
+    Parameters
+    ----------
+    on : the day
+    why : what was wrong with the criterion before, in words
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    on: datetime.date
+    why: str = Field(min_length=1)
 
 
 class Claim(BaseModel):
@@ -46,6 +62,10 @@ class Claim(BaseModel):
     statistic : mean or median over cases and seeds
     every : columns for each of whose values the claim must hold by itself: ``case``, ``quantity``
     at_least, at_most : the criterion; one of them or both
+    changed : every change of the criterion since it was first written, oldest first
+    margin : part of its figure by which a single run may be off, in place of the interval that it
+        does not have; 0: single runs are not judged
+    not_judged : why no figure can decide the claim; empty for one that is judged
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -62,6 +82,9 @@ class Claim(BaseModel):
     every: tuple[Literal["case", "quantity", "sensors", "estimator"], ...] = ()
     at_least: float | None = None
     at_most: float | None = None
+    changed: tuple[Change, ...] = ()
+    margin: float = Field(default=0.0, ge=0.0, lt=1.0)
+    not_judged: str = ""
 
     @model_validator(mode="after")
     def _can_be_judged(self) -> Self:

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 HOLDS, FAILS, UNDECIDED, NO_DATA = "holds", "does not hold", "undecided", "no data"
-VERDICTS = (HOLDS, FAILS, UNDECIDED, NO_DATA)
+NOT_JUDGED = "not judged"
+"""Of a claim that no figure can decide (it says why), and of single runs: they have no interval."""
+VERDICTS = (HOLDS, FAILS, UNDECIDED, NOT_JUDGED, NO_DATA)
 
 COUNTS_ALWAYS = ("solved_fraction",)
 """Columns that runs of any status have to say something about."""
@@ -45,7 +47,8 @@ class Judgement:
     Parameters
     ----------
     claim : what was claimed
-    figure, low, high : over all cases and seeds, and its 95 % interval; NaN without data
+    figure, low, high : over all cases and seeds, and its 95 % interval; NaN without data, and
+        where parts are quantities: different units have no mean
     pairs : number of runs (or pairs of them) that count
     parts : one for each value of `Claim.every`
     verdict : one of `VERDICTS`; where there are parts it holds if every part holds
@@ -61,10 +64,11 @@ class Judgement:
 
     @property
     def holding(self) -> str:
-        """``9 of 10``: in how many parts it holds; empty without parts."""
+        """``9 of 10``: in how many of the parts that are judged it holds; empty without parts."""
         if not self.parts:
             return ""
-        return f"{sum(part.verdict == HOLDS for part in self.parts)} of {len(self.parts)}"
+        judged = [part.verdict for part in self.parts if part.verdict != NOT_JUDGED]
+        return f"{judged.count(HOLDS)} of {len(judged)}"
 
 
 def judge(claims: Sequence[Claim], rows: pd.DataFrame) -> list[Judgement]:
@@ -73,19 +77,34 @@ def judge(claims: Sequence[Claim], rows: pd.DataFrame) -> list[Judgement]:
 
 
 def _judged(claim: Claim, rows: pd.DataFrame) -> Judgement:
-    table = paired_values(claim, rows)
+    table, nan = paired_values(claim, rows), float("nan")
     if not len(table):
-        nan = float("nan")
         return Judgement(claim, nan, nan, nan, 0, (), NO_DATA)
-    found = _interval(claim, claim.id, table)
-    if not claim.every:
-        return Judgement(claim, *_three(found), len(table), (), verdict(claim, found))
+    mixed = "quantity" in claim.every
+    found = Interval(nan, nan, nan) if mixed else _interval(claim, claim.id, table)
+    if claim.not_judged or not claim.every:
+        said = NOT_JUDGED if claim.not_judged else _verdict_of(claim, found, table)
+        return Judgement(claim, *_three(found), len(table), (), said)
     parts = []
     for key, part in table.groupby(list(claim.every), sort=False):
         name = ", ".join(str(value) for value in key)
         of_part = _interval(claim, f"{claim.id} {name}", part)
-        parts.append(Part(name, *_three(of_part), verdict(claim, of_part)))
+        parts.append(Part(name, *_three(of_part), _verdict_of(claim, of_part, part)))
     return Judgement(claim, *_three(found), len(table), tuple(parts), _all_of(parts))
+
+
+CELL = ["case", "sensors", "estimator", "quantity"]
+"""What runs that differ by their seed alone have in common."""
+
+
+def _verdict_of(claim: Claim, found: Interval, table: pd.DataFrame) -> str:
+    """Return the verdict: of an interval where some cell has more than one run, or of a margin."""
+    if table.duplicated(CELL).any():
+        return verdict(claim, found)
+    if claim.margin == 0:
+        return NOT_JUDGED
+    away = claim.margin * abs(found.figure)
+    return verdict(claim, Interval(found.figure, found.figure - away, found.figure + away))
 
 
 def verdict(claim: Claim, found: Interval) -> str:
@@ -102,7 +121,7 @@ def verdict(claim: Claim, found: Interval) -> str:
 def paired_values(claim: Claim, rows: pd.DataFrame) -> pd.DataFrame:
     """Return what a claim judges, by cell and seed: `VALUE`, and `OTHER` where it compares."""
     table = _values(claim, rows, claim.of, VALUE)
-    columns = ["case", "sensors", "estimator", "quantity", "seed"]
+    columns = [*CELL, "seed"]
     if claim.against is not None:
         other = _values(claim, rows, {**claim.of, **claim.against}, OTHER)
         by = [column for column in PAIRED_BY if column not in claim.against]
@@ -126,7 +145,7 @@ def _values(
         values = (rows["status"] == claim.value.removeprefix(STATUS_IS)).astype(float)
     else:
         values = rows[claim.value].astype(float)
-    kept = rows[["case", "sensors", "estimator", "quantity", "seed"]].assign(**{name: values})
+    kept = rows[[*CELL, "seed"]].assign(**{name: values})
     return kept[kept[name].notna()]
 
 
@@ -142,7 +161,7 @@ def _chosen(column: pd.Series, values: tuple[str | int, ...]) -> pd.Series:
 
 
 def _interval(claim: Claim, name: str, table: pd.DataFrame) -> Interval:
-    cells = table.groupby(["case", "sensors", "estimator", "quantity"], sort=False).ngroup()
+    cells = table.groupby(CELL, sort=False).ngroup()
     strata = Strata(np.asarray(cells, dtype=np.int64))
     value = np.asarray(table[VALUE], dtype=float)
     other = np.asarray(table[OTHER], dtype=float) if claim.against is not None else None
@@ -163,7 +182,9 @@ def _three(found: Interval) -> tuple[float, float, float]:
 
 
 def _all_of(parts: Sequence[Part]) -> str:
-    verdicts = {part.verdict for part in parts}
+    verdicts = {part.verdict for part in parts} - {NOT_JUDGED}
     if FAILS in verdicts:
         return FAILS
+    if not verdicts:
+        return NOT_JUDGED
     return HOLDS if verdicts == {HOLDS} else UNDECIDED

@@ -84,10 +84,12 @@ SUITE = Suite(
     "difference is integrated, and a redundant equation corrects the rate inside the "
     "integration. The test case has the paper's numbers (l = 0.04 m, 2 s, 5 ms, bias 1e-4 g and "
     "noise 1e-5 g of the difference); its profile is lost, and ours is a substitute: a gesture "
-    "from rest whose rate turns its direction. EKF and MHE get the same two accelerometers "
-    "through the pen model, estimate their biases as well, and are free to roll, told that the "
-    "pen does not roll (as the integration takes it), or that its spin is constant. Where data "
-    "is given, pairs of accelerometers on a real board are judged by its gyroscopes.",
+    "from rest whose rate turns its direction. Differentiator, thresholds and gain of the "
+    "compensation are ours, too, and so is what it takes off: its settings stand beside each "
+    "other. EKF and MHE get the same two accelerometers through the pen model, estimate their "
+    "biases as well, and are free to roll, told that the pen does not roll (as the integration "
+    "takes it), or that its spin is constant. Where data is given, pairs of accelerometers on a "
+    "real board are judged by its gyroscopes.",
     tasks,
     run,
     Path(__file__).parent / "claims.toml",

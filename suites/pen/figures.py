@@ -19,7 +19,9 @@ from suites.pen.pen_cases import (
     WITHOUT_SPIN,
 )
 from suites.pen.pen_run import SETTLING_S, SHOWN_SENSORS
-from suites.pen.table_run import SHOWN, START_ERRORS_DEG, STROKES, TABLE_ESTIMATORS
+from suites.pen.stroke_figures import raw_readings, told_tolerances
+from suites.pen.table_run import START_ERRORS_DEG, STROKES, TABLE_ESTIMATORS
+from suites.pen.told_tolerance import SHOWN
 
 NAME = "pen"
 TIME = "time / s"
@@ -38,7 +40,9 @@ def figures(results: Results) -> Sequence[Figure]:
         _paths(results),
         _spin_ignored(results),
         _speeds(results),
+        raw_readings(results),
         *_strokes(results),
+        told_tolerances(results),
         _starts(results),
         _by_stroke(results),
     ]
@@ -46,8 +50,8 @@ def figures(results: Results) -> Sequence[Figure]:
 
 
 def _strokes(results: Results) -> Iterator[Figure]:
-    """Yield figures 3 and 4 of [Pen]: a compound stroke, angles and rates, three choices."""
-    for number, case in zip((3, 4), SHOWN, strict=True):
+    """Yield what figure 4 of [Pen] shows of each compound stroke: angles, rates, three choices."""
+    for key, case in zip(("pen-figure-4-vertical", "pen-figure-4"), SHOWN, strict=True):
         stroke = case.partition(": ")[2]
         panels = [
             Panel(
@@ -60,9 +64,9 @@ def _strokes(results: Results) -> Iterator[Figure]:
             for sensors in TURNTABLE_CONFIGURATIONS
         ]
         yield Figure(
-            f"pen-figure-{number}",
+            key,
             f"{stroke} on the turntable",
-            f"After figure {number} of [Pen]: angles and rates of the stroke by choice of sensors, "
+            "After figure 4 of [Pen]: angles and rates of the stroke by choice of sensors, "
             "seed 0, with ±2σ as claimed. The start is known to 2 deg. With the accelerometer "
             "alone the rates lag at corners; with both they follow in some tenths of a second. "
             "With the gyroscope alone the angles keep the error of the start, and get new ones at "

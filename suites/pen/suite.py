@@ -11,7 +11,14 @@ from benchmark.tasks.task import Outcome, Task
 from suites.pen.figures import figures
 from suites.pen.pen_cases import PEN_CASES
 from suites.pen.pen_run import run_pen
-from suites.pen.table_run import STARTS, STROKES, TABLE_ESTIMATORS, run_stroke, run_wrong_start
+from suites.pen.table_run import (
+    STARTS,
+    STROKES,
+    TABLE_ESTIMATORS,
+    run_stroke,
+    run_wrong_start,
+)
+from suites.pen.told_tolerance import SWEEP, SWEEP_ESTIMATORS
 
 NAME = "pen"
 
@@ -29,6 +36,12 @@ def tasks(scope: Scope) -> Sequence[Task]:
         for case in (*STROKES, *STARTS)
         for sensors in TURNTABLE_CONFIGURATIONS
         for estimator in TABLE_ESTIMATORS
+    ]
+    rows += [
+        (case, sensors, estimator)
+        for case in SWEEP
+        for sensors in TURNTABLE_CONFIGURATIONS
+        for estimator in SWEEP_ESTIMATORS
     ]
     # All seeds of a row after each other: its estimator is built once.
     return [Task(NAME, *row, seed) for row in rows for seed in range(scope.seeds)]

@@ -26,6 +26,8 @@ from pen_mhe.errors import state_errors
 from pen_mhe.estimators import create_estimator
 from pen_mhe.sensor_verdict import judge
 from recordings.simulate_turntable import simulate_stroke, simulate_table
+from suites.pen.raw_readings import RAW_SHOWN, raw_series
+from suites.pen.told_tolerance import SHOWN, SWEEP, ToldStroke, told_table
 from suites.pen.turntable_starts import StartTrial, run_start
 
 TABLE_ESTIMATORS = (*BENCHMARK_ESTIMATORS, "mhe-sparse")
@@ -42,9 +44,6 @@ STARTS: Mapping[str, float] = MappingProxyType(
 STEP_S = 0.01
 SETTLED_RAD, SETTLED_S = math.radians(2.0), 0.5
 """Settled: both tilts are this near, for this long."""
-
-SHOWN = ("compound: horizontal-turn-vertical", "compound: horizontal-turn-left-fall")
-"""Strokes that figures show over time."""
 
 DEG = 180 / math.pi
 
@@ -68,8 +67,9 @@ PARTS = Settling()
 
 def run_stroke(task: Task) -> Outcome:
     """Run an estimator along a stroke from a start known to `START_STD_RAD`."""
-    table, motion = paper_turntable(), table_motions()[task.case]
-    estimator = _estimator(task.sensors, task.estimator)
+    told_stroke = SWEEP.get(task.case, ToldStroke(task.case))
+    table, motion = paper_turntable(), table_motions()[told_stroke.stroke]
+    estimator = _estimator(task.sensors, task.estimator, told_stroke.reached_after_s)
     model = estimator.model
     recording = simulate_stroke(table, motion, task.seed)
     truth = recording.truth
@@ -84,7 +84,7 @@ def run_stroke(task: Task) -> Outcome:
     errors = state_errors(model, history, truth)[:, :4]
     rates = truth.states(model.state_names[2:4], history.time_s)
     quantities = stroke_quantities(
-        history.time_s, errors, rates, motion.corners_s, _verdict(task.case, task.sensors)
+        history.time_s, errors, rates, motion.corners_s, _verdict(told_stroke.stroke, task.sensors)
     )
     series = []
     if task.seed == 0 and task.case in SHOWN:
@@ -93,6 +93,8 @@ def run_stroke(task: Task) -> Outcome:
             for tilt in TILTS
             for state, quantity, unit in (("_rad", "", "deg"), ("_rate_rad_s", "_rate", "deg/s"))
         ]
+        if (task.sensors, task.estimator) == RAW_SHOWN:
+            series += raw_series(recording)
     return outcome(model.name, history, quantities, series=series)
 
 
@@ -139,7 +141,11 @@ def stroke_quantities(
         relative = np.sqrt(np.mean(tilt_rates[later] ** 2) * 2) / size
         found.append(Quantity.single("tilt_rates_relative", "1", float(relative), rates_seen))
     found.append(Quantity.single("settling", "s", settling_time(time_s, errors[:, :2]), angles))
-    found.append(Quantity.of_errors("jitter", "deg", np.diff(tilts, axis=0)))
+    changes = np.diff(tilts, axis=0)
+    found.append(Quantity.of_errors("jitter", "deg", changes))
+    off_corners = straight[1:] & straight[:-1]
+    if off_corners.any():
+        found.append(Quantity.of_errors("jitter_straight", "deg", changes[off_corners]))
     slopes = np.polynomial.polynomial.polyfit(time_s, tilts, 1)[1]
     found.append(Quantity.single("drift", "deg/s", float(np.linalg.norm(slopes))))
     return found
@@ -201,8 +207,9 @@ def run_wrong_start(task: Task) -> Outcome:
 
 
 @cache
-def _estimator(sensors: str, name: str) -> Estimator[Any]:
-    model = turntable_model(paper_turntable(), TURNTABLE_CONFIGURATIONS[sensors].sensors)
+def _estimator(sensors: str, name: str, reached_after_s: float | None = None) -> Estimator[Any]:
+    table = told_table(reached_after_s)
+    model = turntable_model(table, TURNTABLE_CONFIGURATIONS[sensors].sensors)
     return create_estimator(name, model)
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from benchmark.configurations import BENCHMARK_ESTIMATORS
 from benchmark.tasks.task import Quantity
-from classical_baseline.fixed_weight import FixedWeightConfig
-from classical_baseline.weight_search import Ended
+from classical_baseline.fixed_weight import FixedWeightConfig, weight_of_sum
+from classical_baseline.weight_search import Ended, WeightSearch
 from estimation.estimator import Estimator, run
 from models.arrays import Array
 from models.priors import replaced_prior
@@ -38,13 +38,18 @@ FIXED_WEIGHT: Mapping[str, Callable[[str], FixedWeightConfig]] = MappingProxyTyp
         ),
         "fixed-weight-best": lambda case: FixedWeightConfig(trained_weights(case).best),
         "fixed-weight-carried": lambda case: FixedWeightConfig(trained_weights(FULL_TURN).best),
-        "fixed-weight-printed": lambda case: FixedWeightConfig(
-            trained_weights(case).best, form="printed", sign="previous"
+        "fixed-weight-previous": lambda case: FixedWeightConfig(
+            trained_weights(case).best, form="tangents", sign="previous"
+        ),
+        "fixed-weight-convex": lambda case: FixedWeightConfig(weight_of_sum(PUBLISHED.weight)),
+        "fixed-weight-convex-searched": lambda case: FixedWeightConfig(
+            weight_of_sum(trained_weights(case).searched_convex.weight)
         ),
     }
 )
 """Estimator → its settings in a case: published, found by the published search, best up to
-300, best in the full turn, best but with formula and sign as printed."""
+300, best in the full turn, best but with tangents and the sign of the previous z; published and
+searched where w is read as that of (1 - w) R_acc + w R_g."""
 
 MODEL_BASED = tuple(reversed(BENCHMARK_ESTIMATORS))
 """Estimators with a model, the slow ones first."""
@@ -93,9 +98,9 @@ def run_fixed_weight(estimator: str, case: str, samples: TiltSamples) -> TiltRun
     return TiltRun("", fused(samples, config), None, seconds, figures)
 
 
-def _search_ended(case: str) -> tuple[Quantity, ...]:
-    """Return how the published search for the weight ended in a case."""
-    ended = trained_weights(case).searched.ended
+def _search_ended(search: WeightSearch) -> tuple[Quantity, ...]:
+    """Return how the published search for the weight ended."""
+    ended = search.ended
     return tuple(
         Quantity.single(f"search ended, {name}", "1", float(ended is way))
         for name, way in (
@@ -106,8 +111,28 @@ def _search_ended(case: str) -> tuple[Quantity, ...]:
     )
 
 
+def _best_of_each(case: str) -> tuple[Quantity, ...]:
+    """Return the smallest and the largest of the weights that single recordings have best."""
+    each = trained_weights(case).best_of_each
+    return (
+        Quantity.single("weight, smallest of the recordings", "1", min(each)),
+        Quantity.single("weight, largest of the recordings", "1", max(each)),
+    )
+
+
 FIGURES_OF: Mapping[str, tuple[Callable[[str], tuple[Quantity, ...]], ...]] = MappingProxyType(
-    {"fixed-weight-searched": (_search_ended,)}
+    {
+        "fixed-weight-searched": (lambda case: _search_ended(trained_weights(case).searched),),
+        "fixed-weight-convex-searched": (
+            lambda case: _search_ended(trained_weights(case).searched_convex),
+            lambda case: (
+                Quantity.single(
+                    "weight, convex", "1", trained_weights(case).searched_convex.weight
+                ),
+            ),
+        ),
+        "fixed-weight-best": (_best_of_each,),
+    }
 )
 """Estimator → what gives more figures of its own in a case."""
 

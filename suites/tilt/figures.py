@@ -25,7 +25,7 @@ SHOWN: Mapping[str, tuple[str, ...]] = MappingProxyType(
             ACCELEROMETER,
             "fixed-weight",
             "fixed-weight-best",
-            "fixed-weight-printed",
+            "fixed-weight-previous",
             "ekf",
         ),
         ONE_AXIS: ("fixed-weight", "fixed-weight-best", "ekf"),
@@ -68,19 +68,19 @@ def _full_turn(results: Results) -> Figure:
     errors = [
         _error(results, FULL_TURN, name) for name in ("fixed-weight", "fixed-weight-best", "ekf")
     ]
-    held = [_error(results, FULL_TURN, "fixed-weight-printed")]
+    held = [_error(results, FULL_TURN, "fixed-weight-previous")]
     return Figure(
         "tilt-full-turn",
         "Once around: noise, raw and filtered angle",
         "The angle that [Tilt] calls yaw is a tilt: an accelerometer does not see yaw. "
-        "fixed-weight has w = 0.25; fixed-weight-best the weight found on another recording; "
-        "fixed-weight-printed the same weight with the sign of the previous z, which holds it "
+        "fixed-weight has w = 0.25; fixed-weight-best the weight found on other recordings; "
+        "fixed-weight-previous the same weight with the sign of the previous z, which holds it "
         "up at 90 and 270 deg. The bands of ekf are two standard deviations.",
         [
             Panel("angle", "time (s)", "roll (deg)", _found(angles)),
             Panel("error, raw and with w = 0.25", "time (s)", "error (deg)", _found(noise)),
             Panel("error, filtered", "time (s)", "error (deg)", _found(errors)),
-            Panel("error, sign of z as printed", "time (s)", "error (deg)", _found(held)),
+            Panel("error, sign of the previous z", "time (s)", "error (deg)", _found(held)),
         ],
     )
 
@@ -94,7 +94,7 @@ def _curves(results: Results) -> Figure:
             continue
         shown = weights > 0  # a logarithmic axis has no zero
         lines = [Line(CURVE, weights[shown], errors[shown])]
-        for name in ("fixed-weight-searched", "fixed-weight-best"):
+        for name in ("fixed-weight-searched", "fixed-weight-convex-searched", "fixed-weight-best"):
             at = _mean(results, case, name, "weight"), _mean(results, case, name, _judged(case))
             if np.isfinite(at).all() and at[0] > 0:
                 lines.append(Line(name, np.array(at[:1]), np.array(at[1:]), style="points"))
@@ -107,14 +107,18 @@ def _curves(results: Results) -> Figure:
             Panel(case, "weight w", f"{_judged(case)} RMSE (deg)", lines, x_log=True, y_log=True)
         )
     low, high = INTERVAL
-    ended = results.select(quantity="search ended, upper bound", status=OK)
+    ended = results.select(
+        estimator="fixed-weight-searched", quantity="search ended, upper bound", status=OK
+    )
     cases = ended.groupby("case")["bias"].min() == 1
     return Figure(
         "tilt-weights",
         f"The error over the weight, and where the search over [{low:g}, {high:g}] ends",
         "Mean over seeds. Points: the weights that bisection over the published interval and "
-        "the whole curve give on a recording that is not judged. The search ended at its upper "
-        f"bound, with the error still falling, in {int(cases.sum())} of {len(cases)} cases.",
+        "the whole curve give over recordings that are not judged. Read as R_acc + w R_g, the "
+        "search ended at its upper bound, with the error still falling, in "
+        f"{int(cases.sum())} of {len(cases)} cases; read as (1 - w) R_acc + w R_g (drawn at the "
+        "weight of the sum) the same interval holds every weight.",
         panels,
         columns=2,
     )

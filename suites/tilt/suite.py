@@ -125,12 +125,13 @@ SUITE = Suite(
     summary=(
         "[Tilt] fuses an accelerometer and a gyroscope with one fixed weight w, finds w by "
         "bisection over [0, 1], turns a carrier once around with w = 0.25 and sets the result "
-        "against a Kalman filter. Here a simulated carrier is read through the paper's converter "
-        "(16 bit, 5 V, 478.5 mV/g); noise and motion are ours, as the paper's are lost. The "
-        "weights are searched on a recording that is not judged, within [0, 1] as published and "
-        "up to 300. EKF and MHE get the same samples with the model of a table that tilts about "
-        "two axes. Operations are instructions of CasADi functions for all, and all times are "
-        "those of machine code."
+        "against a Kalman filter. The equations that weigh are lost: w may be that of R_acc + w "
+        "R_g or of (1 - w) R_acc + w R_g, and what depends on it is judged for both. Here a "
+        "simulated carrier is read through the paper's converter (16 bit, 5 V, 478.5 mV/g); "
+        "noise and motion are ours, as the paper's are lost. The weights are searched over ten "
+        "recordings that are not judged, within [0, 1] as published and up to 300. EKF and MHE "
+        "get the same samples with the model of a table that tilts about two axes. Operations "
+        "are instructions of CasADi functions for all, and all times are those of machine code."
     ),
     tasks=tasks,
     run=run,

@@ -15,12 +15,13 @@ from classical_baseline.fixed_weight import (
     run,
     step,
     turn,
+    weight_of_sum,
 )
 from models.arrays import Array
 from models.errors import InputError
 from tests.references.fixed_weight import fixed_weight_by_rotations, turned_by_rotations
 
-FORMS = ("smooth", "printed")
+FORMS = ("smooth", "tangents")
 SIGNS = ("turned", "previous")
 
 
@@ -179,9 +180,9 @@ def test_the_two_forms_agree_away_from_the_horizon(
         return
     for sign in SIGNS:
         smooth = turn(direction, turn_phi, turn_theta, "smooth", sign)  # type: ignore[arg-type]
-        printed = turn(direction, turn_phi, turn_theta, "printed", sign)  # type: ignore[arg-type]
+        tangents = turn(direction, turn_phi, turn_theta, "tangents", sign)  # type: ignore[arg-type]
         # The root of 1 - x² - y² turns rounding of 1e-16 into up to 1e-8.
-        np.testing.assert_allclose(smooth, printed, atol=1e-7)
+        np.testing.assert_allclose(smooth, tangents, atol=1e-7)
         if abs(z) > 0.02:
             expected = turned_by_rotations(np.array(direction), (turn_theta, -turn_phi), sign)
             np.testing.assert_allclose(smooth, expected, atol=1e-7)
@@ -229,9 +230,9 @@ def test_exactly_on_the_horizon_nothing_is_lost(form: str, theta_deg: float) -> 
         np.testing.assert_allclose(stayed, direction, atol=1e-7)
 
 
-def test_as_printed_rounding_on_the_horizon_turns_the_vector() -> None:
+def test_with_tangents_rounding_on_the_horizon_turns_the_vector() -> None:
     # R_z is rounding, and so is R_y, but not their ratio: a turn makes both large.
-    _, y, _ = turn((1.0, 1.2e-16, 1e-17), math.radians(1.5), 0.0, "printed", "turned")
+    _, y, _ = turn((1.0, 1.2e-16, 1e-17), math.radians(1.5), 0.0, "tangents", "turned")
     assert abs(y) > 0.2, "the true one is still 0"
     assert turn((1.0, 0.0, 1e-17), math.radians(1.5), 0.0, "smooth", "turned")[1] == 0
 
@@ -256,11 +257,28 @@ def test_one_axis_that_is_not_level_does_not_converge() -> None:
     assert by_hand > 10
 
 
+@pytest.mark.parametrize("convex", [0.0, 0.25, 0.9, 0.999])
+def test_a_convex_sum_is_a_sum_with_another_weight(convex: float) -> None:
+    measured, turned = np.array([0.6, 0.0, 0.8]), np.array([0.0, 0.6, 0.8])
+    wanted = (1 - convex) * measured + convex * turned
+    state = FixedWeightState((0.0, 0.6, 0.8), (0.0, 0.0))
+    config = FixedWeightConfig(weight_of_sum(convex))
+    found = step(config, state, (0.6, 0.0, 0.8), (0.0, 0.0), 0.1).direction
+    np.testing.assert_allclose(found, wanted / np.linalg.norm(wanted), atol=1e-12)
+
+
+def test_a_convex_weight_of_one_is_the_gyroscope_alone() -> None:
+    config = FixedWeightConfig(weight_of_sum(1.0))
+    state = FixedWeightState((0.0, 0.6, 0.8), (0.0, 0.0))
+    found = step(config, state, (0.6, 0.0, 0.8), (0.0, 0.0), 0.1).direction
+    np.testing.assert_allclose(found, (0.0, 0.6, 0.8), atol=1e-12)
+
+
 def test_where_the_two_angles_say_nothing_the_vector_stays() -> None:
     on_the_horizon = (0.6, 0.8, 0.0)
     assert turn(on_the_horizon, 0.0, 0.0, "smooth", "turned") == on_the_horizon
-    # As printed, whatever the two tangents have become of rounding: here, half and half.
-    x, y, z = turn(on_the_horizon, 0.0, 0.0, "printed", "turned")
+    # With tangents, whatever the two tangents have become of rounding: here, half and half.
+    x, y, z = turn(on_the_horizon, 0.0, 0.0, "tangents", "turned")
     assert (x, y, z) == pytest.approx((math.sqrt(0.5), math.sqrt(0.5), 0.0), abs=1e-7)
 
 
@@ -276,7 +294,7 @@ def test_a_radicand_below_zero_counts_as_zero() -> None:
             x, y, z = math.tan(phi), math.tan(theta), 1.0
             length = math.hypot(x, y, z)
             direction = (x / length, y / length, z / length)
-            assert math.isfinite(turn(direction, 0.0, 0.0, "printed", "turned")[2])
+            assert math.isfinite(turn(direction, 0.0, 0.0, "tangents", "turned")[2])
     assert negative > 100, "else nothing was tested"
 
 
@@ -311,7 +329,7 @@ def test_bad_weights(weight: float) -> None:
 
 
 def test_bad_forms() -> None:
-    with pytest.raises(InputError, match="form is round, expected one of smooth, printed"):
+    with pytest.raises(InputError, match="form is round, expected one of smooth, tangents"):
         FixedWeightConfig(form="round")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="sign is next"):
         FixedWeightConfig(sign="next")  # type: ignore[arg-type]

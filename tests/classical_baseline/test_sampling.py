@@ -22,6 +22,7 @@ def test_a_little_jitter_is_no_gap() -> None:
     ("time_s", "message"),
     [
         ([0.0, 0.1, 0.2, 0.4], "step to sample 3 is 0.2 s"),
+        ([0.0, 0.1, 0.2, 0.31], "step to sample 3 is 0.11 s"),
         ([0.0], "got 1 samples, expected at least 2"),
         ([0.0, 0.0], "expected even samples"),
         ([0.0, np.nan, 1.0], "expected even samples"),

@@ -152,6 +152,23 @@ def test_squared_distances_are_the_textbooks() -> None:
             assert np.isnan(squared[k])
 
 
+@pytest.mark.parametrize("rows", [(0,), (1, 2), (0, 2)])
+def test_chosen_rows_alone_count(rows: tuple[int, ...]) -> None:
+    """Of a sensor, whose distances a history keeps, and of two sensors, whose it does not."""
+    run = draw(SYSTEM, 40, 7, missing=0.5)
+    history = run_measurements(Ekf(SYSTEM.model), run.measurements, covariances=True)
+    chosen = np.isin(np.arange(3), rows)
+    squared, freedom = nis(history, chosen)
+    for k, wanted in enumerate(SYSTEM.textbook(run.measurements)):
+        kept = np.isin(wanted.rows, rows)
+        assert freedom[k] == kept.sum()
+        if kept.any():
+            v, S = wanted.innovation[kept], wanted.innovation_covariance[np.ix_(kept, kept)]
+            assert squared[k] == pytest.approx(v @ np.linalg.solve(S, v), rel=1e-8)
+        else:
+            assert np.isnan(squared[k])
+
+
 def history_of(mean: Array, covariance: Array, names: tuple[str, ...]) -> EstimateHistory:
     n, nothing = len(mean), np.full((len(mean), 1), np.nan)
     return EstimateHistory(

@@ -85,6 +85,13 @@ def test_the_key_depends_on_the_code_and_on_nothing_else(own_cache: Path) -> Non
     assert len(libraries(own_cache)) == 2
 
 
+def test_codes_of_one_length_are_not_taken_for_each_other(own_cache: Path) -> None:
+    first, second = small_function(3.0), small_function(5.0)
+    assert len(native.generated([first])) == len(native.generated([second]))
+    assert built(first) != built(second)
+    assert len(libraries(own_cache)) == 2
+
+
 def test_where_the_cache_cannot_be_written_the_process_has_its_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

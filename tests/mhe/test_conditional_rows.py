@@ -1,4 +1,4 @@
-"""`mhe-ipopt` demands a row of the inequality only where the instant has the readings it needs."""
+"""A row of the inequality is demanded only where the instant has the readings it needs."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from models.paper import Paper
 from models.pen import pen_model
 from models.state_space import StateSpaceModel
 from suites.optimum.cases import rolled_out
+from tests.configs import config_for
 from tests.linear_models import LinearSystem, constant_acceleration_system, coupled_system
-from tests.mhe.runs import linear_batch, run_mhe
+from tests.mhe.runs import ESTIMATORS, linear_batch, run_mhe
 from tests.models.pens import ACCELEROMETER, CAMERA, pen
 from tests.references.least_distance import solve_held
 
@@ -40,8 +41,9 @@ def conditional(
     return system.model.constrained(lambda x: x[0] + x[1] - total, needs), total
 
 
+@pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("name", SYSTEMS)
-def test_windows_while_they_grow(name: str) -> None:
+def test_windows_while_they_grow(name: str, estimator: str) -> None:
     system, seed = SYSTEMS[name]
     rng = np.random.default_rng(seed)
     times = np.cumsum(rng.uniform(0.05, 0.2, N_STAGES))
@@ -51,9 +53,8 @@ def test_windows_while_they_grow(name: str) -> None:
     asked = np.array([np.isfinite(m.y[:1]) for m in measurements])
     assert 0 < asked.sum() < N_STAGES
     held = beyond = 0
-    for k, estimate in enumerate(
-        run_mhe(model, measurements, MheIpoptConfig(horizon=N_STAGES - 1))
-    ):
+    config = config_for(estimator, horizon=N_STAGES - 1)
+    for k, estimate in enumerate(run_mhe(model, measurements, config, estimator)):
         batch, demanded = linear_batch(system, measurements[: k + 1]), asked[: k + 1]
         wanted = solve_held(batch, C, d, demanded)
         assert estimate.window is not None

@@ -17,7 +17,7 @@ from models.turntable import paper_turntable, turntable_model
 from tests.closeness import covariance_error, estimate_error, mean_error
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
 from tests.estimation import pens
-from tests.linear_models import coupled_system, irregular_times
+from tests.linear_models import coupled_system, irregular_times, random_walk_system
 from tests.mhe import pendulum
 from tests.mhe.windows import window_of
 from tests.plain_filter import plain_filter
@@ -71,6 +71,28 @@ def test_factors_are_those_that_would_be_made(threshold: float) -> None:
         assert kept.window is not None
         assert fresh.window is not None
         np.testing.assert_array_equal(kept.window.states, fresh.window.states)
+
+
+def test_factors_of_other_times_are_not_taken() -> None:
+    """A random walk is predicted where it is: windows of the same readings differ in time."""
+    model = random_walk_system(1, q=1.0, r=1.0, p0=1.0).model
+    mhe, fresh = (
+        MheRti(model, MheRtiConfig(horizon=4, reuse_threshold=NEVER_AGAIN)) for _ in range(2)
+    )
+    readings = np.array([[1.0], [2.0], [3.0]])
+    before, after = (
+        [Measurement(float(t), y) for t, y in zip(times, readings, strict=True)]
+        for times in ((0, 1, 2), (0, 5, 6))
+    )
+    state = mhe.init()
+    for measurement in after[:2]:
+        state, _ = mhe.step(state, measurement)
+    steps(mhe, before)
+    _, estimate = mhe.step(state, after[2])
+    assert estimate.reused_stages == 1
+    wanted = steps(fresh, after)[-1]
+    np.testing.assert_array_equal(estimate.state.mean, wanted.state.mean)
+    np.testing.assert_array_equal(estimate.state.covariance, wanted.state.covariance)
 
 
 def rti_step_from(mhe: MheRti, state, measurement):  # type: ignore[no-untyped-def]

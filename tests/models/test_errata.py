@@ -159,6 +159,39 @@ def test_e4_y_lacks_the_coriolis_term_under_either_sign() -> None:
         assert without == pytest.approx(call(ROTATION_PART, x)[1], abs=1e-12)
 
 
+MIRROR = np.diag([1, 1, -1])
+"""From the frame of (7), (-e_θ, e_φ, e_r), to the left-handed (-e_θ, e_φ, -e_r)."""
+
+
+def in_axes(M: Array, x: Array) -> tuple[Array, Array, Array]:
+    """Return gravity, rotation and rates (3,) of a rigid body in the axes M of the frame (7).
+
+    Rates are a pseudovector: axes of the other hand turn their sign.
+    """
+    rate = np.array([-np.cos(x[4]) * x[8], -x[9], np.sin(x[4]) * x[8]])
+    force, rotation = M @ call(RIGID_GRAVITY, x), M @ call(RIGID_ROTATION, x)
+    return force, rotation, np.linalg.det(M) * M @ rate
+
+
+def holds_at_once(M: Array) -> bool:
+    """Whether (4), z of (6) and both rates of (8) are those of a rigid body in the axes M."""
+    for x in STATES:
+        gravity, rotation, rate = in_axes(M, x)
+        if not (
+            agree(gravity, call(GRAVITY_PART, x))
+            and agree(rotation[2], call(ROTATION_PART, x)[2])
+            and agree(rate[:2], call(BODY_RATE, x))
+        ):
+            return False
+    return True
+
+
+def test_e5_all_signs_hold_at_once_in_one_left_handed_frame() -> None:
+    """And in no other choice of axis signs, so that a right-handed frame mounts each sensor."""
+    assert np.linalg.det(MIRROR) == pytest.approx(-1)
+    assert [list(signs) for signs in SIGNS if holds_at_once(np.diag(signs))] == [[1, 1, -1]]
+
+
 def test_e5_an_axis_to_the_tip_reads_z_as_printed() -> None:
     upside_down = axis_pen(sensor_to_body=TO_THE_TIP, axes=("z",)).sensor("accel")
     upright = axis_pen(axes=("z",)).sensor("accel")

@@ -100,6 +100,12 @@ def test_answer_comes_first(written: Path) -> None:
         assert places == sorted(places)
 
 
+def test_a_changed_criterion_says_when_and_why(written: Path) -> None:
+    for name in ("report.html", "report.md"):
+        text = unescape((written / name).read_text("utf-8"))
+        assert "Changed on 2026-11-30: it could not fail" in text
+
+
 def test_the_pen_that_cannot_spin_stands_apart(written: Path) -> None:
     """After the answer, with what it costs to believe in it, and without advice."""
     for name in ("report.html", "report.md"):

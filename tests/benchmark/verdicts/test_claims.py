@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmark.report.sentences import notes
 from benchmark.verdicts.claims import load_claims
 from models.errors import InputError
 from suites.table import MODULES, find_suite
@@ -29,6 +30,17 @@ def test_a_claim_as_written(tmp_path: Path) -> None:
     assert (claim.statistic, claim.every, claim.at_least, claim.at_most) == ("mean", (), None, 1.0)
 
 
+def test_changes_of_a_criterion_have_a_day_and_a_reason(tmp_path: Path) -> None:
+    change = 'changed = [{ on = 2026-11-30, why = "it could not fail" }]'
+    (tmp_path / "claims.toml").write_text(GOOD + change)
+    (claim,) = load_claims(tmp_path / "claims.toml")
+    [found] = claim.changed
+    assert (str(found.on), found.why) == ("2026-11-30", "it could not fail")
+    assert notes(claim) == ["Changed on 2026-11-30: it could not fail"]
+    unjudged = claim.model_copy(update={"not_judged": "one run", "margin": 0.5})
+    assert notes(unjudged)[:2] == ["Not judged: one run", "Of a single run, with a margin of 50%"]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
@@ -42,6 +54,8 @@ def test_a_claim_as_written(tmp_path: Path) -> None:
         ("at_most = 1", 'at_most = 1\nevery = ["seed"]', "key claim.0.every.0: Input should be"),
         ("at_most = 1", 'at_most = 1\ncompare = "less"', "key claim.0.compare: Input should be"),
         ("at_most = 1", 'at_most = 1\nstatistic = "max"', "key claim.0.statistic: Input should"),
+        ("at_most = 1", "at_most = 1\nmargin = 1.0", "key claim.0.margin: Input should be less"),
+        ("at_most = 1", "at_most = 1\nchanged = [{ on = 2026-11-30 }]", "changed.0.why: Field"),
         ("[[claim]]", "[[klaim]]", "key claim: Field required"),
         ("[[claim]]", "claim = []\n[x]", "key claim: Tuple should have at least 1 item"),
         ("of =", "of", "Expected '=' after a key in a key/value pair (at line 7"),

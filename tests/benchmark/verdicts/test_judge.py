@@ -13,6 +13,7 @@ from benchmark.verdicts.judge import (
     FAILS,
     HOLDS,
     NO_DATA,
+    NOT_JUDGED,
     UNDECIDED,
     Judgement,
     judge,
@@ -222,9 +223,38 @@ def test_no_rows_are_no_verdict() -> None:
     assert alone.verdict == NO_DATA
 
 
-def test_one_seed_is_its_own_interval() -> None:
-    found = one(table(*seeds([1.5])), at_most=2)
-    assert (found.low, found.figure, found.high, found.verdict) == (1.5, 1.5, 1.5, HOLDS)
+def test_one_seed_is_its_own_interval_and_not_judged() -> None:
+    rows = table(*seeds([1.5]))
+    found = one(rows, at_most=2)
+    assert (found.low, found.figure, found.high, found.verdict) == (1.5, 1.5, 1.5, NOT_JUDGED)
+    for margin, said in ((0.3, HOLDS), (0.4, UNDECIDED)):
+        assert one(rows, at_most=2, margin=margin).verdict == said
+    assert one(rows, at_most=1, margin=0.3).verdict == FAILS
+    assert one(table(*seeds([1.5, 1.5])), at_most=2, margin=0.4).verdict == HOLDS
+
+
+def test_a_single_run_among_parts_decides_nothing() -> None:
+    rows = table(*seeds([1.0, 1.1], case="a"), *seeds([9.0], case="b"))
+    found = one(rows, every=["case"], at_most=2.0)
+    assert [part.verdict for part in found.parts] == [HOLDS, NOT_JUDGED]
+    assert (found.verdict, found.holding) == (HOLDS, "1 of 1")
+    alone = one(table(*seeds([9.0])), every=["case"], at_most=2.0)
+    assert (alone.verdict, alone.holding) == (NOT_JUDGED, "0 of 0")
+
+
+def test_a_claim_that_says_why_it_is_not_judged() -> None:
+    found = one(table(*seeds([1.0, 1.1])), at_most=2.0, not_judged="it cannot fail")
+    assert (found.verdict, found.figure, found.parts) == (NOT_JUDGED, 1.05, ())
+
+
+def test_quantities_of_different_units_have_no_mean() -> None:
+    rows = table(
+        *seeds([1.0, 1.1], quantity="tip", unit="mm"),
+        *seeds([3.0, 3.0], quantity="tilt", unit="deg"),
+    )
+    found = one(rows, every=["quantity"], at_most=2.0)
+    assert np.isnan([found.figure, found.low, found.high]).all()
+    assert (found.verdict, found.holding, found.pairs) == (FAILS, "1 of 2", 4)
 
 
 def test_the_order_of_the_rows_does_not_matter() -> None:

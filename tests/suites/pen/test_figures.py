@@ -12,14 +12,14 @@ from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, Results
 from benchmark.tasks.task import Outcome, Quantity, Task, failed
 from suites.pen.figures import figures
 from suites.pen.pen_cases import REFERENCE, SPIN_IGNORED, WITHOUT_SPIN
-from suites.pen.table_run import SHOWN
+from suites.pen.told_tolerance import SHOWN, SWEEP
 
 ESTIMATORS = ("ekf", "mhe")
 TIME_S = np.arange(0, 2, 0.5)
 NEGLECTED = "accelerations neglected, speed 3"
 KEYS = [
     *("pen-elevation", "pen-paths", "pen-spin-ignored", "pen-speeds"),
-    *("pen-figure-3", "pen-figure-4", "pen-starts", "pen-by-stroke"),
+    *("pen-figure-4-vertical", "pen-figure-4", "pen-starts", "pen-by-stroke"),
 ]
 
 
@@ -85,7 +85,7 @@ def test_all_are_drawn_with_units_in_their_labels(results: Results) -> None:
 
 def test_a_stroke_over_time_has_truth_and_bands(results: Results) -> None:
     (panel,) = [
-        panel for panel in drawn(results)["pen-figure-3"].panels
+        panel for panel in drawn(results)["pen-figure-4-vertical"].panels
         if panel.title == "gyroscope: rate of θ"
     ]  # fmt: skip
     assert [line.name for line in panel.lines] == [TRUTH, *ESTIMATORS]
@@ -95,6 +95,28 @@ def test_a_stroke_over_time_has_truth_and_bands(results: Results) -> None:
     assert list(mhe.y) == list(2 + TIME_S)
     assert ekf.std is not None
     assert list(ekf.std) == [0.5] * len(TIME_S)
+
+
+def test_raw_readings_and_the_noise_over_the_tolerance() -> None:
+    """A channel is a line; the noise is that of the gyroscope over that of the accelerometer."""
+    told = {case: row for case, row in SWEEP.items() if row.stroke == SHOWN[0]}
+    raw = Task("pen", SHOWN[0], "accel", "ekf", 0)
+    lines = [series(raw, f"raw accel {axis}", 1.0) for axis in "xyz"]
+    found = {
+        Task("pen", case, sensors, "ekf", seed): outcome(noise * (seed + 1), "jitter")
+        for case in (SHOWN[0], *told)
+        for sensors, noise in (("gyro", 3.0), ("accel", 2.0))
+        for seed in range(2)
+    }
+    rows = [row for pair in found.items() for row in result_rows(*pair)]
+    both = drawn(Results(pd.DataFrame(rows, columns=list(RESULT_COLUMNS)), pd.concat(lines)))
+    panels = [panel for panel in both["pen-figure-3"].panels if panel.lines]
+    assert [line.name for panel in panels for line in panel.lines] == [
+        f"accel {axis}" for axis in "xyz"
+    ]
+    (line,) = [line for panel in both["pen-tolerance"].panels for line in panel.lines]
+    assert list(line.x) == [0.03, 0.1, 0.3, 1.0, 3.0, 10.0]
+    assert list(line.y) == [1.5] * 6
 
 
 def test_mirror_solutions_are_counted_and_not_averaged(results: Results) -> None:
@@ -162,7 +184,7 @@ def test_what_is_left_is_drawn(results: Results, column: str, value: str) -> Non
     )
     found = drawn(left)
     assert list(found) == [key for key in KEYS if key in found]
-    assert {"pen-figure-3", "pen-figure-4", "pen-starts"} <= set(found)
+    assert {"pen-figure-4-vertical", "pen-figure-4", "pen-starts"} <= set(found)
     assert all(any(panel.lines for panel in figure.panels) for figure in found.values())
 
 
@@ -171,7 +193,7 @@ def test_without_the_ekf_the_truth_is_the_others(results: Results) -> None:
         results.rows[results.rows["estimator"] != "ekf"],
         results.series[results.series["estimator"] != "ekf"],
     )
-    lines = drawn(without_ekf)["pen-figure-3"].panels[1].lines
+    lines = drawn(without_ekf)["pen-figure-4-vertical"].panels[1].lines
     assert [line.name for line in lines] == [TRUTH, "mhe"]
 
 
@@ -180,5 +202,5 @@ def test_nothing_is_drawn_of_nothing(results: Results) -> None:
     assert figures(nothing) == []
     only_series = Results(results.rows[:0], results.series)
     assert [figure.key for figure in figures(only_series)] == [
-        *("pen-elevation", "pen-paths", "pen-spin-ignored", "pen-figure-3", "pen-figure-4")
+        *("pen-elevation", "pen-paths", "pen-spin-ignored", "pen-figure-4-vertical", "pen-figure-4")
     ]

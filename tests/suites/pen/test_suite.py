@@ -22,7 +22,8 @@ from pen_mhe.estimators import ESTIMATORS
 from suites.pen import pen_run, table_run
 from suites.pen.pen_cases import PEN_CASES, REFERENCE, SPIN_IGNORED, WITHOUT_SPIN
 from suites.pen.suite import NAME, SUITE
-from suites.pen.table_run import SHOWN, STARTS, STROKES
+from suites.pen.table_run import STARTS, STROKES
+from suites.pen.told_tolerance import SHOWN, SWEEP
 
 ONE = Scope(seeds=1)
 EXAMPLES = {
@@ -50,13 +51,15 @@ def test_tasks_are_all_cases_sensors_and_estimators_once() -> None:
     assert len(set(tasks)) == len(tasks) == len({task.key for task in tasks})
     assert {task.suite for task in tasks} == {NAME}
     assert {task.seed for task in tasks} == {0, 1, 2}
-    table = {(t.case, t.sensors, t.estimator) for t in tasks if t.case not in PEN_CASES}
+    table = {(t.case, t.sensors, t.estimator) for t in tasks if t.case not in (*PEN_CASES, *SWEEP)}
     assert table == {
         (case, sensors, estimator)
         for case in (*STROKES, *STARTS)
         for sensors in TURNTABLE_CONFIGURATIONS
         for estimator in ("ekf", "mhe-rti", "mhe", "mhe-sparse")
     }
+    swept = {(t.case, t.sensors, t.estimator) for t in tasks if t.case in SWEEP}
+    assert swept == {(case, s, "ekf") for case in SWEEP for s in TURNTABLE_CONFIGURATIONS}
     pens = {(t.case, t.sensors) for t in tasks if t.case in PEN_CASES}
     assert pens == {(case, sensors) for case, row in PEN_CASES.items() for sensors in row.sensors}
     assert {t.estimator for t in tasks} <= set(ESTIMATORS)
@@ -90,7 +93,9 @@ def test_every_claim_judges_something() -> None:
             assert "quantity" in claim.of, claim.id
         if "case" in claim.every:
             begin = str(claim.of["case"]).removesuffix("*")
-            assert set(found["case"]) == {case for case in STROKES if case.startswith(begin)}
+            assert set(found["case"]) == {
+                case for case in (*STROKES, *SWEEP) if case.startswith(begin)
+            }
 
 
 def test_the_claims_of_the_paper_are_there() -> None:
@@ -179,6 +184,12 @@ def test_series_are_of_seed_0_and_of_what_figures_show() -> None:
     ]
     assert example("rest").series == example("start 0 deg").series == ()
     assert SUITE.run(Task(NAME, SHOWN[0], "accel+gyro", "ekf", 1), ONE).series == ()
+    raw = SUITE.run(Task(NAME, SHOWN[0], "accel", "ekf", 0), ONE).series[4:]
+    assert [series.quantity for series in raw] == [
+        *(f"raw accel {axis}" for axis in "xyz"),
+        *("raw gyro x", "raw gyro y"),
+    ]
+    assert np.abs(np.median(np.linalg.norm([s.estimate for s in raw[:3]], axis=0)) - 9.81) < 0.5
     phi = stroke.series[0]
     assert phi.truth is not None
     assert phi.std is not None

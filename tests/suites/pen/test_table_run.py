@@ -76,6 +76,10 @@ def test_quantities_by_loops() -> None:
     assert found["tilt_rates_relative"].bias == pytest.approx(relative)
     steps = [math.dist(a[:2], b[:2]) * DEG for a, b in pairwise(errors)]
     assert found["jitter"].rmse == pytest.approx(rms(steps))
+    inside = [k for k in parts["_straight"] if k - 1 in parts["_straight"]]
+    off_corners = [steps[k - 1] for k in inside]
+    assert found["jitter_straight"].rmse == pytest.approx(rms(off_corners))
+    assert len(off_corners) < len(parts["_straight"])
 
 
 def test_drift_is_the_slope_of_the_errors() -> None:

@@ -11,7 +11,8 @@ from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Outcome, Task
 from benchmark.verdicts.claims import load_claims
 from benchmark.verdicts.judge import NO_DATA, judge
-from classical_baseline.weight_search import Ended
+from classical_baseline.fixed_weight import weight_of_sum
+from classical_baseline.weight_search import CURVE_WEIGHTS, Ended
 from models.errors import InputError
 from suites.tilt import operations as operations_module
 from suites.tilt import suite as suite_module
@@ -141,6 +142,24 @@ def test_the_search_says_that_it_ended_at_its_bound(outcomes: dict[Task, Outcome
     assert of[TWO_AXES]["search ended, inside"] == 1
     assert 0 < of[TWO_AXES]["weight"] < 1
     assert trained_weights(FULL_TURN).searched.ended is Ended.UPPER_BOUND
+
+
+def test_weights_are_found_over_ten_recordings() -> None:
+    found = trained_weights(FULL_TURN)
+    assert found.curves.shape == (10, len(CURVE_WEIGHTS))
+    assert len(np.unique(found.curves[:, 0])) == 10, "recordings are one and the same"
+    np.testing.assert_allclose(found.curve, np.sqrt(np.mean(found.curves**2, axis=0)))
+    assert min(found.best_of_each) < found.best < max(found.best_of_each)
+    assert found.best == CURVE_WEIGHTS[int(np.argmin(found.curve))]
+
+
+def test_what_is_said_of_the_bound_depends_on_the_reading() -> None:
+    """As a convex sum the same search ends inside, at the best weight of the sum."""
+    found = trained_weights(FULL_TURN)
+    assert found.searched_convex.ended is Ended.INSIDE
+    as_sum = weight_of_sum(found.searched_convex.weight)
+    near = CURVE_WEIGHTS.index(found.best)
+    assert CURVE_WEIGHTS[near - 2] < as_sum < CURVE_WEIGHTS[near + 2]
 
 
 def test_series_are_of_seed_0_only(outcomes: dict[Task, Outcome]) -> None:
