@@ -179,7 +179,6 @@ POSITIONAL = {
     "estimation.compiled_stage.CompiledStage.predict": ALGEBRA,
     "estimation.interpreted_stage.InterpretedStage.predict": ALGEBRA,
     "estimation.kalman_stage.KalmanStage.predict": ALGEBRA,
-    "estimation.kalman_stage.KalmanStage.derivatives": ALGEBRA,
     "estimation.kalman_stage.KalmanStage.update": ALGEBRA,
     "estimation.result.report": INSIDE,
     "mhe.compiled.loop.CompiledWindow.__init__": INSIDE,
