@@ -62,6 +62,13 @@ def benchmark(
         str | None, typer.Option(help="Address of a running Dask cluster, instead of processes.")
     ] = None,
     data: DataOption = None,
+    estimators: Annotated[
+        str | None,
+        typer.Option(
+            help="Names with commas: run only these, of {estimators} and the suites' own.",
+            autocompletion=completing_several("estimators"),
+        ),
+    ] = None,
     problems: Annotated[
         str | None, typer.Option(help=f"Of {SPEED}: names with commas; by default all.")
     ] = None,
@@ -72,6 +79,8 @@ def benchmark(
     """Run the suites and write the report: which sensors, and which estimator."""
     with one_sentence():
         if suites == [SPEED]:
+            if estimators is not None:
+                raise InputError(f"--estimators is not of suite {SPEED}, expected other suites")
             _speed(output, names(problems), windows)
             return
         if problems is not None or windows is not None:
@@ -89,7 +98,7 @@ def benchmark(
         from commands import benchmark_run
 
         unique = list(dict.fromkeys(chosen))
-        scope = Scope(seeds, None if data is None else str(data.resolve()))
+        scope = Scope(seeds, None if data is None else str(data.resolve()), names(estimators))
         workers = Workers(jobs, scheduler)
         benchmark_run.run_benchmark(unique, output, scope, workers, command_line())
 

@@ -18,6 +18,7 @@ from benchmark.report.choice import CONVERGED, SIMPLE
 from benchmark.report.cost import Cost, costs
 from benchmark.report.made_with import made_with
 from benchmark.report.matrix import MATRIX, NO_SPIN, Matrix, in_order, matrices
+from benchmark.report.optimal import Optimum, optima
 from benchmark.tasks.results import TASK_COLUMNS, Results
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Task
@@ -95,6 +96,7 @@ class Content:
     cases : the cases that the answers come from
     wanted : the case that answers would come from, for a run without it
     costs : of the estimators in those cases
+    optima : IPOPT beside `mhe`, a row per case and sensors
     apart : matrices of the pen that cannot spin
     belief : what it costs to believe that of one that does, a sentence each
     made_with : label and text
@@ -104,6 +106,7 @@ class Content:
     cases: Sequence[str]
     wanted: str
     costs: Sequence[Cost]
+    optima: Sequence[Optimum]
     apart: Sequence[Matrix]
     belief: Sequence[str]
     parts: Sequence[ReportPart]
@@ -137,6 +140,7 @@ def content(results: Results, suites: Sequence[Suite], run: Mapping[str, Any]) -
         cases,
         f"suite {first.suite}, case “{first.case}”",
         costs(found),
+        optima(results.rows),
         matrices(results.rows, NO_SPIN),
         costs_of_belief(results.rows),
         [_part(suite, results.of(suite.name), run) for suite in suites],
@@ -207,6 +211,8 @@ def _command(suite: Suite, results: Results, run: Mapping[str, Any]) -> str:
         words += ["--seeds", str(run["seeds"])]
     elif len(results.rows):
         words += ["--seeds", str(int(np.max(results.rows["seed"])) + 1)]
+    if estimators := run.get("estimators"):
+        words += ["--estimators", ",".join(map(str, estimators))]
     if len(results.rows):
         suite_name, case, sensors, estimator, seed = results.rows[list(TASK_COLUMNS)].iloc[0]
         if suite.reads(Task(suite_name, case, sensors, estimator, int(seed))):

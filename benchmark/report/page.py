@@ -19,6 +19,7 @@ from benchmark.report.content import PAPERS_WORLD, SYMBOLS, TITLE, Content, Repo
 from benchmark.report.describe import describe
 from benchmark.report.matrix import LEVELS, SHOWN
 from benchmark.report.numbers import count, interval, number, seconds
+from benchmark.report.optimal import ABOUT_OPTIMUM, HEAD, OPTIMUM
 from benchmark.report.sentences import (
     ANSWER_IS_ABOUT,
     PAIR_SYMBOLS,
@@ -97,6 +98,9 @@ def page(content: Content) -> str:
         title=TITLE,
         lead=lead(content),
         answer_is_about=ANSWER_IS_ABOUT,
+        optimum_title=OPTIMUM,
+        about_optimum=ABOUT_OPTIMUM,
+        optimum_head=HEAD,
         papers_world=papers_world(content),
         papers_world_title=PAPERS_WORLD,
         verdict_sentence=verdict_sentence(content),

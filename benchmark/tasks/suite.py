@@ -22,10 +22,17 @@ class Scope:
     ----------
     seeds : number of seeds of every case
     data : folder with recordings, as text; None where there is none
+    estimators : the only ones that run; None runs all
     """
 
     seeds: int = 5
     data: str | None = None
+    estimators: tuple[str, ...] | None = None
+
+    @property
+    def few_seeds(self) -> int:
+        """Number of seeds of what is slow: one of five, five of twenty."""
+        return max(1, self.seeds // 4)
 
 
 def _nothing(_: object) -> str:

@@ -15,10 +15,11 @@ from suites.pen.pen_cases import (
     PEN_CASES,
     PEN_ESTIMATORS,
     REFERENCE,
+    SETTLING_S,
     SPIN_IGNORED,
     WITHOUT_SPIN,
 )
-from suites.pen.pen_run import SETTLING_S, SHOWN_SENSORS
+from suites.pen.pen_run import SHOWN_SENSORS
 from suites.pen.table_run import SHOWN, START_ERRORS_DEG, STROKES, TABLE_ESTIMATORS
 
 NAME = "pen"

@@ -10,6 +10,8 @@ from types import MappingProxyType
 from typing import Any
 
 from benchmark.configurations import CONFIGURATIONS
+from benchmark.from_mhe import NEAR, distance_quantity
+from benchmark.from_mhe import REFERENCE as OPTIMUM
 from benchmark.tasks.history import outcome, state_series
 from benchmark.tasks.task import Outcome, Quantity, Series, Task
 from estimation.estimate import EstimateHistory
@@ -24,17 +26,14 @@ from pen_mhe.estimators import create_estimator
 from pen_mhe.sensor_verdict import judge
 from recordings.simulate_pen import simulate
 from suites.pen.pen_cases import (
-    DURATION_S,
     MOTION,
     PEN_CASES,
     REFERENCE,
+    SETTLING_S,
     SPIN_IGNORED,
     assumed_pen,
     moving_pen,
 )
-
-SETTLING_S = 1.0
-"""Begin of a run that errors leave out."""
 
 UNITS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
@@ -77,8 +76,14 @@ def run_pen(task: Task) -> Outcome:
     truth = recording.truth
     assert truth is not None
     model = estimator.model
-    history = run(estimator, replace(recording, truth=None))
-    quantities = pen_quantities(model, history, truth, _seen(task.case, task.sensors))
+    blind, is_reference = replace(recording, truth=None), task.estimator == OPTIMUM
+    history = run(estimator, blind, covariances=is_reference)
+    settling_s = PEN_CASES[task.case].settling_s
+    seen = _seen(task.case, task.sensors)
+    quantities = pen_quantities(model, history, truth, seen, settling_s=settling_s)
+    if is_reference:
+        near = run(_estimator(task.case, task.sensors, NEAR), blind)
+        quantities.append(distance_quantity(model, history, near))
     series: list[Series] = []
     if task.seed == 0:
         series = [
@@ -89,9 +94,14 @@ def run_pen(task: Task) -> Outcome:
 
 
 def pen_quantities(
-    model: StateSpaceModel, history: EstimateHistory, truth: Truth, seen: Mapping[str, bool]
+    model: StateSpaceModel,
+    history: EstimateHistory,
+    truth: Truth,
+    seen: Mapping[str, bool],
+    *,
+    settling_s: float = SETTLING_S,
 ) -> list[Quantity]:
-    """Return the errors of a pen's tip, angles and rates after `SETTLING_S`.
+    """Return the errors of a pen's tip, angles and rates after `settling_s`.
 
     Of the rates, those that model and truth share: of the body, or of the angles.
 
@@ -101,7 +111,7 @@ def pen_quantities(
         outputs are
     """
     errors, std = state_errors(model, history, truth), history.values_std
-    later: Array = history.time_s - history.time_s[0] >= SETTLING_S
+    later: Array = history.time_s - history.time_s[0] >= settling_s
     found = []
     for column, (quantity, unit) in UNITS.items():
         names, factor = ERROR_COLUMNS[column]
@@ -119,7 +129,7 @@ def _recording(case: str, sensors: str, seed: int) -> Recording:
         moving_pen(case),
         CONFIGURATIONS[sensors].sensors,
         motion=MOTION,
-        duration_s=DURATION_S,
+        duration_s=PEN_CASES[case].duration_s,
         seed=seed,
         speed=PEN_CASES[case].speed,
     )
