@@ -10,12 +10,12 @@ import typer
 
 from benchmark.runner.interrupts import not_swallowed
 from commands.command_line import command_line
-from commands.lists import LISTS, complete_sensors, completing_several
+from commands.lists import LISTS, complete_sensors, completing, completing_several
 from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
 from models.errors import InputError
 from models.names import unknown
-from suites.table import MODULES
+from suites.table import MODULES, OWN_PEN
 
 SPEED = "speed"
 """The suite that times solvers by itself, see `suites.speed.study`."""
@@ -69,6 +69,23 @@ def benchmark(
             autocompletion=completing_several("estimators"),
         ),
     ] = None,
+    pen: Annotated[
+        str | None,
+        typer.Option(
+            help="With suite pen alone: ask of this pen. A pen file, or one of {pens}.",
+            autocompletion=completing("pens"),
+        ),
+    ] = None,
+    motion: Annotated[
+        str | None,
+        typer.Option(
+            help="Of --pen: what it is simulated along, of {motions}; handwriting by default.",
+            autocompletion=completing("motions"),
+        ),
+    ] = None,
+    recording: Annotated[
+        Path | None, typer.Option(help="Of --pen: a recording of it, instead of a motion.")
+    ] = None,
     problems: Annotated[
         str | None, typer.Option(help=f"Of {SPEED}: names with commas; by default all.")
     ] = None,
@@ -98,9 +115,31 @@ def benchmark(
         from commands import benchmark_run
 
         unique = list(dict.fromkeys(chosen))
-        scope = Scope(seeds, None if data is None else str(data.resolve()), names(estimators))
+        _check_own_pen(pen, motion, recording, unique)
+        scope = Scope(
+            seeds,
+            None if data is None else str(data.resolve()),
+            names(estimators),
+            pen,
+            motion or Scope.motion,
+            None if recording is None else str(recording.resolve()),
+        )
+        if pen is not None:
+            unique = [OWN_PEN]
         workers = Workers(jobs, scheduler)
         benchmark_run.run_benchmark(unique, output, scope, workers, command_line())
+
+
+def _check_own_pen(
+    pen: str | None, motion: str | None, recording: Path | None, suites: Sequence[str]
+) -> None:
+    """Raise `InputError` unless the options about a pen of one's own fit together."""
+    if pen is None and (motion is not None or recording is not None):
+        raise InputError("--motion and --recording are of --pen, expected a pen beside them")
+    if pen is not None and list(suites) != ["pen"]:
+        raise InputError(f"--pen with suites {', '.join(suites)}, expected suite pen alone")
+    if motion is not None and recording is not None:
+        raise InputError("--motion beside --recording, expected one of them")
 
 
 def report(

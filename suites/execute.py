@@ -48,7 +48,10 @@ def chosen_tasks(suites: Sequence[str], scope: Scope) -> list[Task]:
 
 def task_identity(task: Task, scope: Scope) -> str:
     """Return what a finished task must have been run with to count as finished."""
-    return identity.task_identity(find_suite(task.suite).reads(task), scope)
+    suite = find_suite(task.suite)
+    of_code = identity.task_identity(suite.reads(task), scope)
+    own = suite.made_of(scope)
+    return f"{of_code}-{own}" if own else of_code
 
 
 def run_suites(

@@ -17,7 +17,15 @@ from benchmark.report.broken import Broken, broken_off
 from benchmark.report.choice import CONVERGED, SIMPLE
 from benchmark.report.cost import Cost, costs
 from benchmark.report.made_with import made_with
-from benchmark.report.matrix import MATRIX, NO_SPIN, Matrix, in_order, matrices
+from benchmark.report.matrix import (
+    MATRIX,
+    NO_SPIN,
+    Matrix,
+    configurations_of,
+    in_order,
+    matrices,
+    own_selections,
+)
 from benchmark.report.optimal import Optimum, optima
 from benchmark.tasks.results import TASK_COLUMNS, Results
 from benchmark.tasks.suite import Scope, Suite
@@ -132,7 +140,8 @@ def content(results: Results, suites: Sequence[Suite], run: Mapping[str, Any]) -
     suites : that it shows, in this order
     run : content of ``run.json``
     """
-    found = matrices(results.rows)
+    own, table = own_selections(results.rows), configurations_of(run)
+    found = matrices(results.rows, (*MATRIX, *own), table)
     cases = list(dict.fromkeys(matrix.case for matrix in found))
     first = MATRIX[0]
     return Content(
@@ -165,7 +174,7 @@ def _part(suite: Suite, results: Results, run: Mapping[str, Any]) -> ReportPart:
         _command(suite, results, run),
         len(rows.drop_duplicates(list(TASK_COLUMNS))),
         list(suite.figures(results)) if len(rows) else [],
-        judge(load_claims(suite.claims), rows),
+        judge(load_claims(suite.claims) if suite.claims else (), rows),
         _comparisons(rows),
         broken_off(rows),
     )
@@ -206,6 +215,8 @@ def _missing(suite: Suite, results: Results, run: Mapping[str, Any]) -> str:
 
 
 def _command(suite: Suite, results: Results, run: Mapping[str, Any]) -> str:
+    if again := run.get("again"):
+        return str(again)
     words = ["pen-mhe", "benchmark", suite.name]
     if isinstance(run.get("seeds"), int):
         words += ["--seeds", str(run["seeds"])]

@@ -21,8 +21,8 @@ from benchmark.report.matrix import LEVELS, SHOWN
 from benchmark.report.numbers import count, interval, number, seconds
 from benchmark.report.optimal import ABOUT_OPTIMUM, HEAD, OPTIMUM
 from benchmark.report.sentences import (
-    ANSWER_IS_ABOUT,
     PAIR_SYMBOLS,
+    answer_is_about,
     lead,
     papers_world,
     refuted,
@@ -97,7 +97,7 @@ def page(content: Content) -> str:
         content=content,
         title=TITLE,
         lead=lead(content),
-        answer_is_about=ANSWER_IS_ABOUT,
+        answer_is_about=answer_is_about(content),
         optimum_title=OPTIMUM,
         about_optimum=ABOUT_OPTIMUM,
         optimum_head=HEAD,

@@ -10,8 +10,8 @@ from benchmark.report.matrix import SHOWN, Cell, Matrix
 from benchmark.report.numbers import count, interval, number, seconds
 from benchmark.report.optimal import ABOUT_OPTIMUM, HEAD, OPTIMUM
 from benchmark.report.sentences import (
-    ANSWER_IS_ABOUT,
     PAIR_SYMBOLS,
+    answer_is_about,
     lead,
     papers_world,
     refuted,
@@ -38,7 +38,8 @@ def answer_blocks(content: Content) -> list[str]:
     if not content.answers:
         return [_escaped(f"This run has no results of {content.wanted}.")]
     blocks = [
-        f"{ANSWER_IS_ABOUT} RMSE: median over the seeds (smallest to largest); `*` marks the best."
+        f"{_escaped(answer_is_about(content))} RMSE: median over the seeds (smallest to largest); "
+        "`*` marks the best."
     ]
     for answer in content.answers:
         matrix = answer.matrix

@@ -9,13 +9,13 @@ import numpy as np
 
 from benchmark.configurations import CONFIGURATIONS, TURNTABLE_CONFIGURATIONS
 from benchmark.figures.figure import TRUTH, Figure, Line, Panel
+from benchmark.pen_quantities import SETTLING_S
 from benchmark.tasks.results import Results
 from benchmark.tasks.task import OK
 from suites.pen.pen_cases import (
     PEN_CASES,
     PEN_ESTIMATORS,
     REFERENCE,
-    SETTLING_S,
     SPIN_IGNORED,
     WITHOUT_SPIN,
 )

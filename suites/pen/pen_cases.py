@@ -15,6 +15,7 @@ from typing import Any
 from benchmark.configurations import BENCHMARK_ESTIMATORS, CONFIGURATIONS
 from benchmark.from_mhe import NEAR
 from benchmark.from_mhe import REFERENCE as OPTIMUM
+from benchmark.pen_quantities import SETTLING_S
 from models.gentle_hand import BY_SPEED
 from models.motion import Motion, TipBoundedVelocity, TipWhiteJerk, white_jerk_motion
 from models.pen_config import PenConfig
@@ -25,9 +26,6 @@ MOTION, DURATION_S = "handwriting", 4.0
 WITH_IPOPT_S, WITH_IPOPT_SETTLING_S = 0.5, 0.25
 """Stretch of the recording that IPOPT solves too. An accelerometer alone takes it 45 ms a step
 there, but up to 300 iterations and 1.8 s from 0.6 s on."""
-
-SETTLING_S = 1.0
-"""Begin of a run that errors leave out."""
 
 BOTH = ("accel+gyro",)
 FREE, NO_SPIN = 6, 5

@@ -12,16 +12,13 @@ from typing import Any
 from benchmark.configurations import CONFIGURATIONS
 from benchmark.from_mhe import NEAR, distance_quantity
 from benchmark.from_mhe import REFERENCE as OPTIMUM
+from benchmark.pen_quantities import pen_quantities
 from benchmark.tasks.history import outcome, state_series
-from benchmark.tasks.task import Outcome, Quantity, Series, Task
-from estimation.estimate import EstimateHistory
+from benchmark.tasks.task import Outcome, Series, Task
 from estimation.estimator import Estimator, run
 from estimation.outputs import outputs_of
-from estimation.recording import Recording, Truth
-from models.arrays import Array
+from estimation.recording import Recording
 from models.pen import pen_model
-from models.state_space import StateSpaceModel
-from pen_mhe.errors import ERROR_COLUMNS, state_errors
 from pen_mhe.estimators import create_estimator
 from pen_mhe.sensor_verdict import judge
 from recordings.simulate_pen import simulate
@@ -29,22 +26,10 @@ from suites.pen.pen_cases import (
     MOTION,
     PEN_CASES,
     REFERENCE,
-    SETTLING_S,
     SPIN_IGNORED,
     assumed_pen,
     moving_pen,
 )
-
-UNITS: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "tip_mm": ("tip", "mm"),
-        "azimuth_deg": ("azimuth", "deg"),
-        "elevation_deg": ("elevation", "deg"),
-        "spin_deg": ("spin", "deg"),
-        "rates_deg_s": ("rates", "deg/s"),
-    }
-)
-"""Column of `pen_mhe.errors.ERROR_COLUMNS` → quantity and unit."""
 
 SHOWN: Mapping[str, tuple[str, str, float]] = MappingProxyType(
     {
@@ -91,37 +76,6 @@ def run_pen(task: Task) -> Outcome:
             for name in SHOWN_SENSORS.get(task.case, {}).get(task.sensors, ())
         ]
     return outcome(model.name, history, quantities, series=series)
-
-
-def pen_quantities(
-    model: StateSpaceModel,
-    history: EstimateHistory,
-    truth: Truth,
-    seen: Mapping[str, bool],
-    *,
-    settling_s: float = SETTLING_S,
-) -> list[Quantity]:
-    """Return the errors of a pen's tip, angles and rates after `settling_s`.
-
-    Of the rates, those that model and truth share: of the body, or of the angles.
-
-    Parameters
-    ----------
-    seen : output → whether the sensors show it; a quantity is observable where all of its
-        outputs are
-    """
-    errors, std = state_errors(model, history, truth), history.values_std
-    later: Array = history.time_s - history.time_s[0] >= settling_s
-    found = []
-    for column, (quantity, unit) in UNITS.items():
-        names, factor = ERROR_COLUMNS[column]
-        known = [name for name in names if name in history.names and name in truth.names]
-        if known:
-            index = [history.index(name) for name in known]
-            of_run, claims = (factor * values[later][:, index] for values in (errors, std))
-            observable = all(seen[name] for name in known)
-            found.append(Quantity.of_errors(quantity, unit, of_run, observable, claimed=claims))
-    return found
 
 
 def _recording(case: str, sensors: str, seed: int) -> Recording:

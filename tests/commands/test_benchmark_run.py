@@ -101,6 +101,13 @@ def test_the_data_folder_comes_from_its_variable(
         (("sped",), "suite sped is unknown, expected one of pen, tilt, gyro-free, real"),
         (("pen", "stroke"), "suite stroke is unknown, expected one of pen, tilt"),
         (("pen", "speed"), "suite speed among others, expected it alone: it needs quiet"),
+        (("pen", "--motion", "turn"), "--motion and --recording are of --pen, expected a pen"),
+        (("tilt", "--pen", "dpoint"), "--pen with suites tilt, expected suite pen alone"),
+        (("--pen", "dpoint"), "expected suite pen alone"),
+        (
+            ("pen", "--pen", "dpoint", "--motion", "turn", "--recording", "r.csv"),
+            "--motion beside --recording, expected one of them",
+        ),
         (("pen", "--data", "no/where"), "data folder no/where does not exist, expected a folder"),
     ],
 )
