@@ -46,6 +46,10 @@ def run_benchmark(
         raise InputError(f"suites {', '.join(suites)} have no tasks, expected some")
     prepare_folder(output)
     run = about(command, list(suites), scope.seeds)
+    for name in suites:
+        run |= find_suite(name).own(scope)
+    if scope.estimators is not None:
+        run["estimators"] = list(scope.estimators)
     run["sessions"] = _earlier_sessions(output, run["code"])
     started, clock = datetime.now(UTC), time.perf_counter()
     done, finished = 0, False

@@ -10,12 +10,12 @@ import typer
 
 from benchmark.runner.interrupts import not_swallowed
 from commands.command_line import command_line
-from commands.lists import LISTS, complete_sensors, completing_several
+from commands.lists import LISTS, complete_sensors, completing, completing_several
 from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
 from models.errors import InputError
 from models.names import unknown
-from suites.table import MODULES
+from suites.table import MODULES, OWN_PEN
 
 SPEED = "speed"
 """The suite that times solvers by itself, see `suites.speed.study`."""
@@ -62,6 +62,30 @@ def benchmark(
         str | None, typer.Option(help="Address of a running Dask cluster, instead of processes.")
     ] = None,
     data: DataOption = None,
+    estimators: Annotated[
+        str | None,
+        typer.Option(
+            help="Names with commas: run only these, of {estimators} and the suites' own.",
+            autocompletion=completing_several("estimators"),
+        ),
+    ] = None,
+    pen: Annotated[
+        str | None,
+        typer.Option(
+            help="With suite pen alone: ask of this pen. A pen file, or one of {pens}.",
+            autocompletion=completing("pens"),
+        ),
+    ] = None,
+    motion: Annotated[
+        str | None,
+        typer.Option(
+            help="Of --pen: what it is simulated along, of {motions}; handwriting by default.",
+            autocompletion=completing("motions"),
+        ),
+    ] = None,
+    recording: Annotated[
+        Path | None, typer.Option(help="Of --pen: a recording of it, instead of a motion.")
+    ] = None,
     problems: Annotated[
         str | None, typer.Option(help=f"Of {SPEED}: names with commas; by default all.")
     ] = None,
@@ -72,6 +96,8 @@ def benchmark(
     """Run the suites and write the report: which sensors, and which estimator."""
     with one_sentence():
         if suites == [SPEED]:
+            if estimators is not None:
+                raise InputError(f"--estimators is not of suite {SPEED}, expected other suites")
             _speed(output, names(problems), windows)
             return
         if problems is not None or windows is not None:
@@ -89,9 +115,31 @@ def benchmark(
         from commands import benchmark_run
 
         unique = list(dict.fromkeys(chosen))
-        scope = Scope(seeds, None if data is None else str(data.resolve()))
+        _check_own_pen(pen, motion, recording, unique)
+        scope = Scope(
+            seeds,
+            None if data is None else str(data.resolve()),
+            names(estimators),
+            pen,
+            motion or Scope.motion,
+            None if recording is None else str(recording.resolve()),
+        )
+        if pen is not None:
+            unique = [OWN_PEN]
         workers = Workers(jobs, scheduler)
         benchmark_run.run_benchmark(unique, output, scope, workers, command_line())
+
+
+def _check_own_pen(
+    pen: str | None, motion: str | None, recording: Path | None, suites: Sequence[str]
+) -> None:
+    """Raise `InputError` unless the options about a pen of one's own fit together."""
+    if pen is None and (motion is not None or recording is not None):
+        raise InputError("--motion and --recording are of --pen, expected a pen beside them")
+    if pen is not None and list(suites) != ["pen"]:
+        raise InputError(f"--pen with suites {', '.join(suites)}, expected suite pen alone")
+    if motion is not None and recording is not None:
+        raise InputError("--motion beside --recording, expected one of them")
 
 
 def report(

@@ -10,6 +10,7 @@ from benchmark.runner import identity
 from benchmark.runner.run import TaskFunction, Workers, run_tasks
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Outcome, Task, failed
+from models.names import unknown
 from suites.table import find_suite
 
 _one_at_a_time = threading.Lock()
@@ -28,13 +29,29 @@ def execute(task: Task, scope: Scope) -> Outcome:
 
 
 def chosen_tasks(suites: Sequence[str], scope: Scope) -> list[Task]:
-    """Return all tasks of suites; of one that lacks its data, those that need none."""
-    return [task for name in suites for task in find_suite(name).tasks(scope)]
+    """Return the tasks of suites; of one that lacks its data, those that need none.
+
+    Raises
+    ------
+    InputError
+        If an estimator of the scope runs in none of the suites.
+    """
+    tasks = [task for name in suites for task in find_suite(name).tasks(scope)]
+    if scope.estimators is None:
+        return tasks
+    known = sorted({task.estimator for task in tasks})
+    for name in scope.estimators:
+        if name not in known:
+            raise unknown("estimator", name, known)
+    return [task for task in tasks if task.estimator in scope.estimators]
 
 
 def task_identity(task: Task, scope: Scope) -> str:
     """Return what a finished task must have been run with to count as finished."""
-    return identity.task_identity(find_suite(task.suite).reads(task), scope)
+    suite = find_suite(task.suite)
+    of_code = identity.task_identity(suite.reads(task), scope)
+    own = suite.made_of(scope)
+    return f"{of_code}-{own}" if own else of_code
 
 
 def run_suites(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from benchmark.configurations import CONFIGURATIONS
 from benchmark.report.choice import ENOUGH, chosen_estimator, is_unseen, reliable
 from benchmark.report.matrix import NOT_OBSERVABLE, Cell, Matrix
 from benchmark.report.numbers import number
@@ -55,7 +54,7 @@ def advice(matrix: Matrix) -> Advice:
             f"{other.estimator}{times}."
         )
     if blind := [name for name in matrix.sensors if is_unseen(matrix, name, NOT_OBSERVABLE)]:
-        words = _listed([_in_words(name) for name in blind])
+        words = _listed([_in_words(matrix, name) for name in blind])
         sentences.append(f"{words[:1].upper()}{words[1:]}: not observable.")
     return Advice(_take(matrix, ranked[0]), _without_camera(matrix, ranked[0]), " ".join(sentences))
 
@@ -82,8 +81,9 @@ def _take(matrix: Matrix, choice: _Choice) -> str:
 
 def _without_camera(matrix: Matrix, best: _Choice) -> str:
     """Say what to take without a camera: the cheapest that shows it, and a better one if any."""
-    known = [name for name in CONFIGURATIONS if name in matrix.sensors]
-    among = [name for name in known if not CONFIGURATIONS[name].needs_camera]
+    table = matrix.configurations
+    known = [name for name in table if name in matrix.sensors]
+    among = [name for name in known if not table[name].needs_camera]
     ranked = _ranked(matrix, among)
     if not ranked:
         blind = among and all(is_unseen(matrix, name, NOT_OBSERVABLE) for name in among)
@@ -107,9 +107,9 @@ def _named(matrix: Matrix, choice: _Choice, best: _Choice) -> str:
     return f"{choice.sensors} with {take} ({number(median)} {matrix.unit}{times})"
 
 
-def _in_words(sensors: str) -> str:
+def _in_words(matrix: Matrix, sensors: str) -> str:
     """Return ``gyroscope alone`` for one sensor, the name of a choice of several."""
-    row = CONFIGURATIONS.get(sensors)
+    row = matrix.configurations.get(sensors)
     return sensors if row is None or len(row.sensors) > 1 else f"{row.label} alone"
 
 

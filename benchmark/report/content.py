@@ -17,7 +17,16 @@ from benchmark.report.broken import Broken, broken_off
 from benchmark.report.choice import CONVERGED, SIMPLE
 from benchmark.report.cost import Cost, costs
 from benchmark.report.made_with import made_with
-from benchmark.report.matrix import MATRIX, NO_SPIN, Matrix, in_order, matrices
+from benchmark.report.matrix import (
+    MATRIX,
+    NO_SPIN,
+    Matrix,
+    configurations_of,
+    in_order,
+    matrices,
+    own_selections,
+)
+from benchmark.report.optimal import Optimum, optima
 from benchmark.tasks.results import TASK_COLUMNS, Results
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Task
@@ -95,6 +104,7 @@ class Content:
     cases : the cases that the answers come from
     wanted : the case that answers would come from, for a run without it
     costs : of the estimators in those cases
+    optima : IPOPT beside `mhe`, a row per case and sensors
     apart : matrices of the pen that cannot spin
     belief : what it costs to believe that of one that does, a sentence each
     made_with : label and text
@@ -104,6 +114,7 @@ class Content:
     cases: Sequence[str]
     wanted: str
     costs: Sequence[Cost]
+    optima: Sequence[Optimum]
     apart: Sequence[Matrix]
     belief: Sequence[str]
     parts: Sequence[ReportPart]
@@ -129,7 +140,8 @@ def content(results: Results, suites: Sequence[Suite], run: Mapping[str, Any]) -
     suites : that it shows, in this order
     run : content of ``run.json``
     """
-    found = matrices(results.rows)
+    own, table = own_selections(results.rows), configurations_of(run)
+    found = matrices(results.rows, (*MATRIX, *own), table)
     cases = list(dict.fromkeys(matrix.case for matrix in found))
     first = MATRIX[0]
     return Content(
@@ -137,6 +149,7 @@ def content(results: Results, suites: Sequence[Suite], run: Mapping[str, Any]) -
         cases,
         f"suite {first.suite}, case “{first.case}”",
         costs(found),
+        optima(results.rows),
         matrices(results.rows, NO_SPIN),
         costs_of_belief(results.rows),
         [_part(suite, results.of(suite.name), run) for suite in suites],
@@ -161,7 +174,7 @@ def _part(suite: Suite, results: Results, run: Mapping[str, Any]) -> ReportPart:
         _command(suite, results, run),
         len(rows.drop_duplicates(list(TASK_COLUMNS))),
         list(suite.figures(results)) if len(rows) else [],
-        judge(load_claims(suite.claims), rows),
+        judge(load_claims(suite.claims) if suite.claims else (), rows),
         _comparisons(rows),
         broken_off(rows),
     )
@@ -202,11 +215,15 @@ def _missing(suite: Suite, results: Results, run: Mapping[str, Any]) -> str:
 
 
 def _command(suite: Suite, results: Results, run: Mapping[str, Any]) -> str:
+    if again := run.get("again"):
+        return str(again)
     words = ["pen-mhe", "benchmark", suite.name]
     if isinstance(run.get("seeds"), int):
         words += ["--seeds", str(run["seeds"])]
     elif len(results.rows):
         words += ["--seeds", str(int(np.max(results.rows["seed"])) + 1)]
+    if estimators := run.get("estimators"):
+        words += ["--estimators", ",".join(map(str, estimators))]
     if len(results.rows):
         suite_name, case, sensors, estimator, seed = results.rows[list(TASK_COLUMNS)].iloc[0]
         if suite.reads(Task(suite_name, case, sensors, estimator, int(seed))):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmark.configurations import CONFIGURATIONS
+from benchmark.configurations import CONFIGURATIONS, SensorConfiguration
 from benchmark.figures.style import NAMED
 from benchmark.tasks.task import OK
 
@@ -34,6 +34,9 @@ MATRIX = (
 
 NO_SPIN = (Selection("pen", "no-spin pen, handwriting", ("elevation", "rates", "azimuth", "tip")),)
 """The quantities of the pen of [Pen], which cannot spin. They stand apart."""
+
+OWN_PEN = "own-pen"
+"""The suite whose matrices are about a pen of one's own."""
 
 LEVELS = (1.1, 1.5, 3.0, 10.0)
 """Ratios to the best median: a cell's level is the number of those that it exceeds."""
@@ -77,6 +80,7 @@ class Matrix:
     ----------
     cells : of a row for each of `sensors`, with one for each of `estimators`
     rows : the results that they come from, of all quantities of the case
+    configurations : what is known of `sensors`, from cheap to dear
     """
 
     suite: str
@@ -87,28 +91,57 @@ class Matrix:
     estimators: tuple[str, ...]
     cells: tuple[tuple[Cell, ...], ...]
     rows: pd.DataFrame
+    configurations: Mapping[str, SensorConfiguration] = field(
+        default_factory=lambda: CONFIGURATIONS
+    )
 
     def cell(self, sensors: str, estimator: str) -> Cell:
         """Return one cell."""
         return self.cells[self.sensors.index(sensors)][self.estimators.index(estimator)]
 
 
-def matrices(rows: pd.DataFrame, selections: Sequence[Selection] = MATRIX) -> list[Matrix]:
+def own_selections(rows: pd.DataFrame) -> list[Selection]:
+    """Return the quantities of a pen of one's own, where the results have any."""
+    cases = dict.fromkeys(map(str, rows[rows["suite"] == OWN_PEN]["case"]))
+    return [Selection(OWN_PEN, case, MATRIX[0].quantities) for case in cases]
+
+
+def configurations_of(run: Mapping[str, Any]) -> Mapping[str, SensorConfiguration]:
+    """Return the choices of sensors that a run is about: the benchmark's unless it says others."""
+    own = run.get("configurations")
+    if not own:
+        return CONFIGURATIONS
+    return {
+        row["label"]: SensorConfiguration(**{**row, "sensors": tuple(row["sensors"])})
+        for row in own
+    }
+
+
+def matrices(
+    rows: pd.DataFrame,
+    selections: Sequence[Selection] = MATRIX,
+    configurations: Mapping[str, SensorConfiguration] = CONFIGURATIONS,
+) -> list[Matrix]:
     """Return the matrix of every selected quantity that the results have."""
     found: list[Matrix] = []
     for chosen in selections:
         case = rows[(rows["suite"] == chosen.suite) & (rows["case"] == chosen.case)]
         found += [
-            _matrix(case, chosen, quantity)
+            _matrix(case, chosen, quantity, configurations)
             for quantity in chosen.quantities
             if (case["quantity"] == quantity).any()
         ]
     return found
 
 
-def _matrix(case: pd.DataFrame, chosen: Selection, quantity: str) -> Matrix:
+def _matrix(
+    case: pd.DataFrame,
+    chosen: Selection,
+    quantity: str,
+    configurations: Mapping[str, SensorConfiguration],
+) -> Matrix:
     mine = case[case["quantity"] == quantity]
-    sensors = in_order(case["sensors"], CONFIGURATIONS)
+    sensors = in_order(case["sensors"], configurations)
     estimators = in_order(case["estimator"], NAMED)
     cells = {(s, e): _cell(case, mine, s, e) for s in sensors for e in estimators}
     medians = [cell.median for cell in cells.values() if np.isfinite(cell.median)]
@@ -122,6 +155,7 @@ def _matrix(case: pd.DataFrame, chosen: Selection, quantity: str) -> Matrix:
         estimators,
         tuple(tuple(_graded(cells[s, e], best) for e in estimators) for s in sensors),
         case,
+        configurations,
     )
 
 

@@ -19,9 +19,10 @@ from benchmark.report.content import PAPERS_WORLD, SYMBOLS, TITLE, Content, Repo
 from benchmark.report.describe import describe
 from benchmark.report.matrix import LEVELS, SHOWN
 from benchmark.report.numbers import count, interval, number, seconds
+from benchmark.report.optimal import ABOUT_OPTIMUM, HEAD, OPTIMUM
 from benchmark.report.sentences import (
-    ANSWER_IS_ABOUT,
     PAIR_SYMBOLS,
+    answer_is_about,
     lead,
     notes,
     papers_world,
@@ -97,7 +98,10 @@ def page(content: Content) -> str:
         content=content,
         title=TITLE,
         lead=lead(content),
-        answer_is_about=ANSWER_IS_ABOUT,
+        answer_is_about=answer_is_about(content),
+        optimum_title=OPTIMUM,
+        about_optimum=ABOUT_OPTIMUM,
+        optimum_head=HEAD,
         papers_world=papers_world(content),
         papers_world_title=PAPERS_WORLD,
         verdict_sentence=verdict_sentence(content),

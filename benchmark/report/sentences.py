@@ -46,6 +46,11 @@ ANSWER_IS_ABOUT = (
 )
 
 
+def answer_is_about(content: Content) -> str:
+    """Say which pen the answer is about."""
+    return str(content.run.get("answer_is_about", ANSWER_IS_ABOUT))
+
+
 def papers_world(content: Content) -> str:
     """Say what the matrices of the pen that cannot spin are, and what it costs to believe it."""
     said = (

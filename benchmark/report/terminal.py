@@ -8,9 +8,10 @@ from benchmark.report.broken import MOST, Broken
 from benchmark.report.content import PAPERS_WORLD, SYMBOLS, TITLE, Content, ReportPart
 from benchmark.report.matrix import SHOWN, Cell, Matrix
 from benchmark.report.numbers import count, interval, number, seconds
+from benchmark.report.optimal import ABOUT_OPTIMUM, HEAD, OPTIMUM
 from benchmark.report.sentences import (
-    ANSWER_IS_ABOUT,
     PAIR_SYMBOLS,
+    answer_is_about,
     lead,
     notes,
     papers_world,
@@ -38,7 +39,8 @@ def answer_blocks(content: Content) -> list[str]:
     if not content.answers:
         return [_escaped(f"This run has no results of {content.wanted}.")]
     blocks = [
-        f"{ANSWER_IS_ABOUT} RMSE: median over the seeds (smallest to largest); `*` marks the best."
+        f"{_escaped(answer_is_about(content))} RMSE: median over the seeds (smallest to largest); "
+        "`*` marks the best."
     ]
     for answer in content.answers:
         matrix = answer.matrix
@@ -60,7 +62,28 @@ def answer_blocks(content: Content) -> list[str]:
     ]
     head = ("Estimator", "Step, median", "Step, p99", "Steps solved", "Runs", "Broken off")
     blocks.append(table(head, rows))
-    return blocks
+    return [*blocks, *_optima(content)]
+
+
+def _optima(content: Content) -> list[str]:
+    """Return IPOPT beside `mhe`."""
+    if not content.optima:
+        return []
+    rows = [
+        (
+            row.case,
+            row.sensors,
+            row.runs,
+            row.steps,
+            seconds(row.near_s),
+            seconds(row.reference_s),
+            number(row.distance),
+            number(row.largest),
+            f"{number(100 * row.solved)} %",
+        )
+        for row in content.optima
+    ]
+    return [f"### {OPTIMUM}", _escaped(ABOUT_OPTIMUM), table(HEAD, rows)]
 
 
 def _papers_world(content: Content) -> list[str]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from benchmark.figures.figure import Figure
 from benchmark.tasks.task import Outcome, Task
@@ -22,14 +22,31 @@ class Scope:
     ----------
     seeds : number of seeds of every case
     data : folder with recordings, as text; None where there is none
+    estimators : the only ones that run; None runs all
+    pen : pen file of one's own, or the name of a bundled one
+    motion : that the pen is simulated along
+    recording : path of one of that pen, instead of simulated ones
     """
 
     seeds: int = 5
     data: str | None = None
+    estimators: tuple[str, ...] | None = None
+    pen: str | None = None
+    motion: str = "handwriting"
+    recording: str | None = None
+
+    @property
+    def few_seeds(self) -> int:
+        """Number of seeds of what is slow: one of five, five of twenty."""
+        return max(1, self.seeds // 4)
 
 
 def _nothing(_: object) -> str:
     return ""
+
+
+def _no_entries(_: Scope) -> Mapping[str, Any]:
+    return {}
 
 
 @dataclass(frozen=True)
@@ -43,9 +60,11 @@ class Suite:
     summary : a paragraph: the question, where it comes from, what was done
     tasks : every task within a scope, the slow ones first
     run : one task
-    claims : TOML file of its claims, see `benchmark.verdicts.claims`
+    claims : TOML file of its claims, see `benchmark.verdicts.claims`; None where it has none
     figures : draws the results of the suite
     missing : a line that says what it lacks within a scope; empty where it lacks nothing
+    own : what the report must know of a scope beside its tasks, for ``run.json``
+    made_of : what else results depend on within a scope: a hash; empty where nothing
     reads : the folder within `Scope.data` that a task reads; empty where it reads none
     """
 
@@ -54,7 +73,9 @@ class Suite:
     summary: str
     tasks: Callable[[Scope], Sequence[Task]]
     run: Callable[[Task, Scope], Outcome]
-    claims: Path
+    claims: Path | None
     figures: Callable[[Results], Sequence[Figure]]
     missing: Callable[[Scope], str] = _nothing
     reads: Callable[[Task], str] = _nothing
+    own: Callable[[Scope], Mapping[str, Any]] = _no_entries
+    made_of: Callable[[Scope], str] = _nothing

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from benchmark.configurations import BENCHMARK_ESTIMATORS
+from benchmark.from_mhe import REFERENCE
 from classical_baseline.differentiators import DIFFERENTIATORS
 from classical_baseline.gyro_free import Compensation
 from suites.gyro_free.gesture import GestureConfig
@@ -43,6 +44,8 @@ LOOKS_AHEAD = tuple(
 
 MODEL_BASED = tuple(reversed(BENCHMARK_ESTIMATORS))
 """Estimators with the pen model, the slow ones first."""
+
+SLOW_FIRST = (REFERENCE, *MODEL_BASED)
 
 TWO_ACCELS, NO_ROLL, NO_SPIN = "two accels", "two accels, no roll", "two accels, no spin"
 

@@ -20,7 +20,11 @@ of a task."""
 
 
 def run_from(
-    name: str, pen: TwoAccelerometers, prior: GaussianState, recording: Recording
+    name: str,
+    pen: TwoAccelerometers,
+    prior: GaussianState,
+    recording: Recording,
+    covariances: bool = False,
 ) -> EstimateHistory:
     """Run an estimator of the benchmark on a pen's recording.
 
@@ -29,8 +33,9 @@ def run_from(
     name : of the estimator
     pen : the pen that it is told of
     prior : of the first state
+    covariances : whether they are kept in full
     """
-    return run(_estimator(name, pen), recording, prior=prior)
+    return run(_estimator(name, pen), recording, prior=prior, covariances=covariances)
 
 
 @cache

@@ -7,7 +7,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from benchmark.tasks.task import Outcome, Series, Task
+from benchmark.from_mhe import NEAR, REFERENCE, distance_quantity
+from benchmark.tasks.task import Outcome, Quantity, Series, Task
 from estimation.recording import Recording
 from models.arrays import Array
 from suites.gyro_free.cases import (
@@ -61,8 +62,8 @@ def run_simulated(task: Task) -> Outcome:
         )
         name, solved, sees_roll = "", 1.0, False
     else:
-        name, estimated, solved, step_s = _model_based(task, case, motion, f1, f2)
-        figures, sees_roll = (), not CONFIGURATIONS[task.sensors].no_roll
+        name, estimated, solved, step_s, figures = _model_based(task, case, motion, f1, f2)
+        sees_roll = not CONFIGURATIONS[task.sensors].no_roll
     return Outcome(
         name,
         (*scores(motion, estimated, sees_roll), *figures),
@@ -76,7 +77,7 @@ def run_simulated(task: Task) -> Outcome:
 
 def _model_based(
     task: Task, case: GyroFreeCase, motion: GestureMotion, f1: Array, f2: Array
-) -> tuple[str, Estimated, float, Array]:
+) -> tuple[str, Estimated, float, Array, tuple[Quantity, ...]]:
     configuration, errors = CONFIGURATIONS[task.sensors], case.reading_errors
     least = LEAST_NOISE_FACTOR * case.errors.single_noise_std
     pen = TwoAccelerometers(
@@ -91,10 +92,15 @@ def _model_based(
     if configuration.no_roll:
         given[NO_ROLL_SENSOR] = np.zeros((len(motion.time_s), 1))
     recording = Recording(task.case, motion.time_s, given)
-    history = run_from(task.estimator, pen, start(model, motion.C[0]), recording)
+    prior, is_reference = start(model, motion.C[0]), task.estimator == REFERENCE
+    history = run_from(task.estimator, pen, prior, recording, covariances=is_reference)
+    figures: tuple[Quantity, ...] = ()
+    if is_reference:
+        near = run_from(NEAR, pen, prior, recording)
+        figures = (distance_quantity(model, history, near),)
     rate, C = rates_and_cosines(history.mean, configuration.degrees_of_freedom)
     estimated = Estimated(rate, C, history.mean[:, :3])
-    return model.name, estimated, history.solved_fraction, history.step_time_s
+    return model.name, estimated, history.solved_fraction, history.step_time_s, figures
 
 
 def _series(task: Task, motion: GestureMotion, estimated: Estimated) -> tuple[Series, ...]:

@@ -5,13 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from benchmark.from_mhe import REFERENCE
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task
 from models.errors import InputError
 from models.names import unknown
 from suites.gyro_free.array_pairs import FOLDER, PARTS
 from suites.gyro_free.array_task import run_array
-from suites.gyro_free.cases import ARRAY_CASES, ARRAY_CLASSICAL, CASES, MODEL_BASED, TWO_ACCELS
+from suites.gyro_free.cases import (
+    ARRAY_CASES,
+    ARRAY_CLASSICAL,
+    CASES,
+    MODEL_BASED,
+    SLOW_FIRST,
+    TEST_CASE,
+    TWO_ACCELS,
+)
 from suites.gyro_free.figures import figures
 from suites.gyro_free.simulated import run_simulated
 
@@ -21,10 +30,11 @@ NAME = "gyro-free"
 def tasks(scope: Scope) -> list[Task]:
     """Return the tasks of the suite, those of the slowest estimator first."""
     found = simulated_tasks(scope.seeds)
+    found += [Task(NAME, TEST_CASE, TWO_ACCELS, REFERENCE, seed) for seed in range(scope.few_seeds)]
     if has_array(scope):
         segments = {part: len(PARTS[part](str(scope.data))) for part in PARTS}
         found += array_tasks(scope.seeds, segments)
-    order = {estimator: place for place, estimator in enumerate(MODEL_BASED)}
+    order = {estimator: place for place, estimator in enumerate(SLOW_FIRST)}
     return sorted(found, key=lambda task: order.get(task.estimator, len(order)))
 
 

@@ -13,6 +13,9 @@ from types import MappingProxyType
 from typing import Any
 
 from benchmark.configurations import BENCHMARK_ESTIMATORS, CONFIGURATIONS
+from benchmark.from_mhe import NEAR
+from benchmark.from_mhe import REFERENCE as OPTIMUM
+from benchmark.pen_quantities import SETTLING_S
 from models.gentle_hand import BY_SPEED
 from models.motion import Motion, TipBoundedVelocity, TipWhiteJerk, white_jerk_motion
 from models.pen_config import PenConfig
@@ -20,6 +23,9 @@ from models.pen_file import load_pen
 
 PEN_ESTIMATORS = BENCHMARK_ESTIMATORS
 MOTION, DURATION_S = "handwriting", 4.0
+WITH_IPOPT_S, WITH_IPOPT_SETTLING_S = 0.5, 0.25
+"""Stretch of the recording that IPOPT solves too. An accelerometer alone takes it 45 ms a step
+there, but up to 300 iterations and 1.8 s from 0.6 s on."""
 
 BOTH = ("accel+gyro",)
 FREE, NO_SPIN = 6, 5
@@ -40,6 +46,8 @@ class PenCase:
     hand_is_measured : the estimator is told how this handwriting moves, measured on it, instead
         of the hand that the pen file states
     estimators : that run on it
+    duration_s, settling_s : of the recording, and its begin that errors leave out
+    has_few_seeds : it takes long, see `benchmark.tasks.suite.Scope`
     neglects : the estimator takes the accelerometer for one at the tip of a pen whose tip
         does not accelerate, so that it shows gravity and nothing else: what [Pen] does with
         its turntable
@@ -52,15 +60,24 @@ class PenCase:
     assumed: int = NO_SPIN
     hand_is_measured: bool = False
     estimators: tuple[str, ...] = PEN_ESTIMATORS
+    duration_s: float = DURATION_S
+    settling_s: float = SETTLING_S
+    has_few_seeds: bool = False
     neglects: bool = False
 
 
 REFERENCE, WITHOUT_SPIN = "free pen, handwriting", "no-spin pen, handwriting"
+WITH_IPOPT = f"free pen, handwriting, {WITH_IPOPT_S:g} s"
 SPIN_IGNORED, MEASURED_HAND = "spin ignored", "free pen, hand measured"
 
 PEN_CASES: Mapping[str, PenCase] = MappingProxyType(
     {
         REFERENCE: PenCase("a pen that spins", tuple(CONFIGURATIONS), 1.0, FREE, FREE),
+        WITH_IPOPT: PenCase(
+            "how far `mhe` is from the optimum", tuple(CONFIGURATIONS), 1.0, FREE, FREE,
+            estimators=(OPTIMUM, NEAR), duration_s=WITH_IPOPT_S,
+            settling_s=WITH_IPOPT_SETTLING_S, has_few_seeds=True,
+        ),
         MEASURED_HAND: PenCase(
             "what it is worth to know the hand", BOTH, 1.0, FREE, FREE, hand_is_measured=True,
             estimators=("ekf",),

@@ -10,21 +10,19 @@ from types import MappingProxyType
 from typing import Any
 
 from benchmark.configurations import CONFIGURATIONS
+from benchmark.from_mhe import NEAR, distance_quantity
+from benchmark.from_mhe import REFERENCE as OPTIMUM
+from benchmark.pen_quantities import pen_quantities
 from benchmark.tasks.history import outcome, state_series
-from benchmark.tasks.task import Outcome, Quantity, Series, Task
-from estimation.estimate import EstimateHistory
+from benchmark.tasks.task import Outcome, Series, Task
 from estimation.estimator import Estimator, run
 from estimation.outputs import outputs_of
-from estimation.recording import Recording, Truth
-from models.arrays import Array
+from estimation.recording import Recording
 from models.pen import pen_model
-from models.state_space import StateSpaceModel
-from pen_mhe.errors import ERROR_COLUMNS, state_errors
 from pen_mhe.estimators import create_estimator
 from pen_mhe.sensor_verdict import judge
 from recordings.simulate_pen import simulate
 from suites.pen.pen_cases import (
-    DURATION_S,
     MOTION,
     PEN_CASES,
     REFERENCE,
@@ -32,20 +30,6 @@ from suites.pen.pen_cases import (
     assumed_pen,
     moving_pen,
 )
-
-SETTLING_S = 1.0
-"""Begin of a run that errors leave out."""
-
-UNITS: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "tip_mm": ("tip", "mm"),
-        "azimuth_deg": ("azimuth", "deg"),
-        "elevation_deg": ("elevation", "deg"),
-        "spin_deg": ("spin", "deg"),
-        "rates_deg_s": ("rates", "deg/s"),
-    }
-)
-"""Column of `pen_mhe.errors.ERROR_COLUMNS` → quantity and unit."""
 
 SHOWN: Mapping[str, tuple[str, str, float]] = MappingProxyType(
     {
@@ -77,8 +61,14 @@ def run_pen(task: Task) -> Outcome:
     truth = recording.truth
     assert truth is not None
     model = estimator.model
-    history = run(estimator, replace(recording, truth=None))
-    quantities = pen_quantities(model, history, truth, _seen(task.case, task.sensors))
+    blind, is_reference = replace(recording, truth=None), task.estimator == OPTIMUM
+    history = run(estimator, blind, covariances=is_reference)
+    settling_s = PEN_CASES[task.case].settling_s
+    seen = _seen(task.case, task.sensors)
+    quantities = pen_quantities(model, history, truth, seen, settling_s=settling_s)
+    if is_reference:
+        near = run(_estimator(task.case, task.sensors, NEAR), blind)
+        quantities.append(distance_quantity(model, history, near))
     series: list[Series] = []
     if task.seed == 0:
         series = [
@@ -88,38 +78,12 @@ def run_pen(task: Task) -> Outcome:
     return outcome(model.name, history, quantities, series=series)
 
 
-def pen_quantities(
-    model: StateSpaceModel, history: EstimateHistory, truth: Truth, seen: Mapping[str, bool]
-) -> list[Quantity]:
-    """Return the errors of a pen's tip, angles and rates after `SETTLING_S`.
-
-    Of the rates, those that model and truth share: of the body, or of the angles.
-
-    Parameters
-    ----------
-    seen : output → whether the sensors show it; a quantity is observable where all of its
-        outputs are
-    """
-    errors, std = state_errors(model, history, truth), history.values_std
-    later: Array = history.time_s - history.time_s[0] >= SETTLING_S
-    found = []
-    for column, (quantity, unit) in UNITS.items():
-        names, factor = ERROR_COLUMNS[column]
-        known = [name for name in names if name in history.names and name in truth.names]
-        if known:
-            index = [history.index(name) for name in known]
-            of_run, claims = (factor * values[later][:, index] for values in (errors, std))
-            observable = all(seen[name] for name in known)
-            found.append(Quantity.of_errors(quantity, unit, of_run, observable, claimed=claims))
-    return found
-
-
 def _recording(case: str, sensors: str, seed: int) -> Recording:
     return simulate(
         moving_pen(case),
         CONFIGURATIONS[sensors].sensors,
         motion=MOTION,
-        duration_s=DURATION_S,
+        duration_s=PEN_CASES[case].duration_s,
         seed=seed,
         speed=PEN_CASES[case].speed,
     )

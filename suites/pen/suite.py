@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmark.configurations import TURNTABLE_CONFIGURATIONS
+from benchmark.from_mhe import NEAR, REFERENCE
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task
 from suites.pen.figures import figures
@@ -15,6 +16,7 @@ from suites.pen.table_run import (
     STARTS,
     STROKES,
     TABLE_ESTIMATORS,
+    WITH_IPOPT,
     run_stroke,
     run_wrong_start,
 )
@@ -26,25 +28,30 @@ NAME = "pen"
 def tasks(scope: Scope) -> Sequence[Task]:
     """Return all tasks, the pen's first: they take longest."""
     rows = [
-        (case, sensors, estimator)
+        ((case, sensors, estimator), scope.few_seeds if row.has_few_seeds else scope.seeds)
         for case, row in PEN_CASES.items()
         for sensors in row.sensors
         for estimator in row.estimators
     ]
     rows += [
-        (case, sensors, estimator)
+        ((WITH_IPOPT, sensors, estimator), scope.few_seeds)
+        for sensors in TURNTABLE_CONFIGURATIONS
+        for estimator in (REFERENCE, NEAR)
+    ]
+    rows += [
+        ((case, sensors, estimator), scope.seeds)
         for case in (*STROKES, *STARTS)
         for sensors in TURNTABLE_CONFIGURATIONS
         for estimator in TABLE_ESTIMATORS
     ]
     rows += [
-        (case, sensors, estimator)
+        ((case, sensors, estimator), scope.seeds)
         for case in SWEEP
         for sensors in TURNTABLE_CONFIGURATIONS
         for estimator in SWEEP_ESTIMATORS
     ]
     # All seeds of a row after each other: its estimator is built once.
-    return [Task(NAME, *row, seed) for row in rows for seed in range(scope.seeds)]
+    return [Task(NAME, *row, seed) for row, seeds in rows for seed in range(seeds)]
 
 
 def run(task: Task, scope: Scope) -> Outcome:

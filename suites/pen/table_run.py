@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmark.configurations import BENCHMARK_ESTIMATORS, TURNTABLE_CONFIGURATIONS
+from benchmark.from_mhe import NEAR, REFERENCE, distance_quantity
 from benchmark.tasks.history import outcome, state_series
 from benchmark.tasks.task import OK, Outcome, Quantity, Task
 from estimation.estimator import Estimator, run
@@ -45,6 +46,10 @@ STEP_S = 0.01
 SETTLED_RAD, SETTLED_S = math.radians(2.0), 0.5
 """Settled: both tilts are this near, for this long."""
 
+WITH_IPOPT_S = 3.0
+WITH_IPOPT = f"turntable, horizontal-turn-vertical, {WITH_IPOPT_S:g} s"
+"""The begin of the first stroke of `SHOWN`, which IPOPT solves too."""
+
 DEG = 180 / math.pi
 
 
@@ -67,11 +72,14 @@ PARTS = Settling()
 
 def run_stroke(task: Task) -> Outcome:
     """Run an estimator along a stroke from a start known to `START_STD_RAD`."""
-    told_stroke = SWEEP.get(task.case, ToldStroke(task.case))
+    is_begin = task.case == WITH_IPOPT
+    told_stroke = ToldStroke(SHOWN[0]) if is_begin else SWEEP.get(task.case, ToldStroke(task.case))
     table, motion = paper_turntable(), table_motions()[told_stroke.stroke]
     estimator = _estimator(task.sensors, task.estimator, told_stroke.reached_after_s)
     model = estimator.model
     recording = simulate_stroke(table, motion, task.seed)
+    if is_begin:
+        recording = recording.first(WITH_IPOPT_S)
     truth = recording.truth
     assert truth is not None
     drawn = stream(seed_sequence(task.seed), "error of the start").standard_normal(2)
@@ -80,12 +88,17 @@ def run_stroke(task: Task) -> Outcome:
         model, dict(zip(model.state_names[:2], start, strict=True)), START_STD_RAD
     )
     sensors = [sensor.name for sensor in model.measured_sensors]
-    history = run(estimator, replace(recording.select(sensors), truth=None), prior=told)
+    blind = replace(recording.select(sensors), truth=None)
+    is_reference = task.estimator == REFERENCE
+    history = run(estimator, blind, prior=told, covariances=is_reference)
     errors = state_errors(model, history, truth)[:, :4]
     rates = truth.states(model.state_names[2:4], history.time_s)
     quantities = stroke_quantities(
         history.time_s, errors, rates, motion.corners_s, _verdict(told_stroke.stroke, task.sensors)
     )
+    if is_reference:
+        near = run(_estimator(task.sensors, NEAR), blind, prior=told)
+        quantities.append(distance_quantity(model, history, near))
     series = []
     if task.seed == 0 and task.case in SHOWN:
         series = [

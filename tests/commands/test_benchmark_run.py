@@ -18,7 +18,7 @@ from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Outcome, Task
 from commands import benchmark_run
 from commands.cli import app
-from suites.execute import execute, run_suites
+from suites.execute import chosen_tasks, execute, run_suites
 from suites.speed import study
 
 SOME = [Task("pen", "start 0 deg", "accel", "ekf", seed) for seed in range(4)]
@@ -67,6 +67,26 @@ def test_all_suites_run_without_a_name(asked: list[tuple[Any, ...]], tmp_path: P
     ]
 
 
+def test_estimators_restrict_the_tasks_of_any_suite(asked: list[tuple[Any, ...]]) -> None:
+    assert call("benchmark", "tilt", "--estimators", "ekf, mhe").exit_code == 0
+    assert asked[0][2] == Scope(5, None, ("ekf", "mhe"))
+    for name in ("pen", "tilt", "gyro-free"):
+        every = chosen_tasks([name], Scope(1))
+        some = chosen_tasks([name], Scope(1, estimators=("mhe", "ekf")))
+        assert some == [task for task in every if task.estimator in ("ekf", "mhe")]
+        assert {task.estimator for task in some} == {"ekf", "mhe"}
+
+
+def test_an_estimator_that_no_suite_runs_is_refused(tmp_path: Path) -> None:
+    said = sentence(
+        call("benchmark", "pen", "--estimators", "ekf,mhe-rtj", "--output", str(tmp_path / "new"))
+    )
+    assert said.startswith("estimator mhe-rtj is unknown, expected one of ekf, mhe, ")
+    assert said.endswith("did you mean mhe-rti?")
+    assert not (tmp_path / "new").exists()
+    assert "not of suite speed" in sentence(call("benchmark", "speed", "--estimators", "ekf"))
+
+
 def test_the_data_folder_comes_from_its_variable(
     asked: list[tuple[Any, ...]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -81,6 +101,13 @@ def test_the_data_folder_comes_from_its_variable(
         (("sped",), "suite sped is unknown, expected one of pen, tilt, gyro-free, real"),
         (("pen", "stroke"), "suite stroke is unknown, expected one of pen, tilt"),
         (("pen", "speed"), "suite speed among others, expected it alone: it needs quiet"),
+        (("pen", "--motion", "turn"), "--motion and --recording are of --pen, expected a pen"),
+        (("tilt", "--pen", "dpoint"), "--pen with suites tilt, expected suite pen alone"),
+        (("--pen", "dpoint"), "expected suite pen alone"),
+        (
+            ("pen", "--pen", "dpoint", "--motion", "turn", "--recording", "r.csv"),
+            "--motion beside --recording, expected one of them",
+        ),
         (("pen", "--data", "no/where"), "data folder no/where does not exist, expected a folder"),
     ],
 )

@@ -20,9 +20,10 @@ from benchmark.verdicts.judge import paired_values
 from estimation.estimator import run
 from pen_mhe.estimators import ESTIMATORS
 from suites.pen import pen_run, table_run
-from suites.pen.pen_cases import PEN_CASES, REFERENCE, SPIN_IGNORED, WITHOUT_SPIN
+from suites.pen.pen_cases import PEN_CASES, REFERENCE, SPIN_IGNORED, WITH_IPOPT, WITHOUT_SPIN
 from suites.pen.suite import NAME, SUITE
 from suites.pen.table_run import STARTS, STROKES
+from suites.pen.table_run import WITH_IPOPT as TABLE_WITH_IPOPT
 from suites.pen.told_tolerance import SHOWN, SWEEP
 
 ONE = Scope(seeds=1)
@@ -52,7 +53,12 @@ def test_tasks_are_all_cases_sensors_and_estimators_once() -> None:
     assert {task.suite for task in tasks} == {NAME}
     assert {task.seed for task in tasks} == {0, 1, 2}
     table = {(t.case, t.sensors, t.estimator) for t in tasks if t.case not in (*PEN_CASES, *SWEEP)}
-    assert table == {
+    by_ipopt = {
+        (TABLE_WITH_IPOPT, sensors, name)
+        for sensors in TURNTABLE_CONFIGURATIONS
+        for name in ("mhe-ipopt", "mhe")
+    }
+    assert table == by_ipopt | {
         (case, sensors, estimator)
         for case in (*STROKES, *STARTS)
         for sensors in TURNTABLE_CONFIGURATIONS
@@ -65,6 +71,24 @@ def test_tasks_are_all_cases_sensors_and_estimators_once() -> None:
     assert {t.estimator for t in tasks} <= set(ESTIMATORS)
     assert {t.sensors for t in tasks if t.case == REFERENCE} == set(CONFIGURATIONS)
     assert not SUITE.missing(ONE)
+
+
+@pytest.mark.parametrize(("seeds", "of_ipopt"), [(1, 1), (5, 1), (20, 5)])
+def test_ipopt_runs_on_every_choice_of_sensors_and_few_seeds(seeds: int, of_ipopt: int) -> None:
+    tasks = SUITE.tasks(Scope(seeds=seeds))
+    found = {(t.case, t.sensors, t.seed) for t in tasks if t.estimator == "mhe-ipopt"}
+    rows = [(WITH_IPOPT, sensors) for sensors in CONFIGURATIONS]
+    rows += [(TABLE_WITH_IPOPT, sensors) for sensors in TURNTABLE_CONFIGURATIONS]
+    assert found == {(*row, seed) for row in rows for seed in range(of_ipopt)}
+    beside = {(t.case, t.sensors, t.seed) for t in tasks if t.estimator == "mhe"}
+    assert found <= beside
+
+
+def test_the_optimum_says_how_far_mhe_is_from_it() -> None:
+    outcome = SUITE.run(Task(NAME, TABLE_WITH_IPOPT, "accel+gyro", "mhe-ipopt", 0), ONE)
+    quantity = next(q for q in outcome.quantities if q.name == "distance from mhe")
+    assert quantity.unit == "σ"
+    assert 0 < quantity.rmse <= quantity.max_error < 0.1
 
 
 def test_a_row_of_seeds_stands_together() -> None:
@@ -129,9 +153,9 @@ def test_a_task_finds_the_same_again(case: str, sensors: str, estimator: str) ->
 def test_the_pens_estimator_gets_no_truth(monkeypatch: pytest.MonkeyPatch) -> None:
     given: list[Any] = []
 
-    def spied(estimator: Any, recording: Any) -> Any:
+    def spied(estimator: Any, recording: Any, **options: Any) -> Any:
         given.append((recording.truth, set(recording.readings)))
-        return run(estimator, recording)
+        return run(estimator, recording, **options)
 
     monkeypatch.setattr(pen_run, "run", spied)
     SUITE.run(Task(NAME, "accelerations neglected, speed 1", "accel+gyro", "ekf", 0), ONE)

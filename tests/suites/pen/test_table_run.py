@@ -250,9 +250,9 @@ def test_the_start_of_a_stroke_is_drawn_as_it_is_told(monkeypatch: pytest.Monkey
     """Two degrees in each tilt; the prior says so; a seed is a start, whoever estimates."""
     priors: dict[tuple[str, int], Any] = {}
 
-    def spied(estimator: Any, recording: Any, prior: Any) -> Any:
+    def spied(estimator: Any, recording: Any, prior: Any, **options: Any) -> Any:
         priors[estimator.model.sensors[0].name, seed] = prior
-        return run(estimator, recording, prior=prior)
+        return run(estimator, recording, prior=prior, **options)
 
     monkeypatch.setattr(table_run, "run", spied)
     for sensors in ("gyro", "accel"):

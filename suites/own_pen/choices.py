@@ -1,0 +1,52 @@
+"""Which subsets of a pen's sensors make sense, derived from what their kinds read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import chain, product
+
+from benchmark.configurations import SensorConfiguration
+from models.errors import InputError
+from models.pen_config import PenConfig
+
+
+def choices(pen: PenConfig, among: Iterable[str]) -> list[SensorConfiguration]:
+    """Return every choice of sensors that observes something, those without a camera first.
+
+    Sensors of one kind are taken in the file's order: the first, the first two, and so on.
+    One that only adds to others (a contact) is no choice alone; what has no readings of its
+    own (a writing area, rest that is detected) is none at all: `models.pen.pen_model` adds it.
+
+    Parameters
+    ----------
+    among : names of the sensors that have readings
+
+    Raises
+    ------
+    InputError
+        If none of them observes anything.
+    """
+    by_kind: dict[str, list[str]] = {}
+    for name in pen.sensors:
+        sensor = pen.sensors[name]
+        if name in set(among) and sensor.place_m is None and not sensor.is_rest:
+            by_kind.setdefault(sensor.kind, []).append(name)
+    ordered = [[names[:n] for n in range(len(names) + 1)] for names in by_kind.values()]
+    found = [
+        SensorConfiguration(
+            "+".join(names), tuple(names), any(pen.sensors[name].sees_pose for name in names)
+        )
+        for names in (list(chain(*parts)) for parts in product(*ordered))
+        if any(_observes(pen, name) for name in names)
+    ]
+    if not found:
+        raise InputError(
+            f"pen {pen.name} has no sensor with readings that observes its motion, expected an "
+            "accelerometer, a gyroscope or a camera"
+        )
+    return sorted(found, key=lambda row: (row.needs_camera, len(row.sensors)))
+
+
+def _observes(pen: PenConfig, name: str) -> bool:
+    sensor = pen.sensors[name]
+    return sensor.feels_gravity or sensor.reads_rate or sensor.sees_pose

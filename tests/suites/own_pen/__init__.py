@@ -1,0 +1,1 @@
+"""Tests of the suite of a pen of one's own."""
