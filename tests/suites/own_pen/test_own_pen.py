@@ -73,6 +73,8 @@ def test_a_recording_is_judged_by_its_truth_or_by_a_camera_that_is_not_used(tmp_
     assert elevation.name == "elevation"
     assert np.isfinite(elevation.rmse)
     assert SUITE.run(Task(NAME, "mine.csv", "accel+camera", "ekf", 0), scope).quantities == ()
+    # The contact of this pen has no rate; with a recording it is a sensor like the others.
+    assert own_run._seen(scope, ("accel", "gyro", "contact"))["elevation_rad"]
     (tmp_path / "b").mkdir()
     blind = recorded(tmp_path / "b", has_truth=False, sensors=("accel", "gyro"))
     with pytest.raises(InputError, match="has neither a truth nor readings of a camera"):
