@@ -44,7 +44,10 @@ def choices(pen: PenConfig, among: Iterable[str]) -> list[SensorConfiguration]:
             f"pen {pen.name} has no sensor with readings that observes its motion, expected an "
             "accelerometer, a gyroscope or a camera"
         )
-    return sorted(found, key=lambda row: (row.needs_camera, len(row.sensors)))
+    place = list(pen.sensors).index
+    return sorted(
+        found, key=lambda row: (row.needs_camera, len(row.sensors), [*map(place, row.sensors)])
+    )
 
 
 def _observes(pen: PenConfig, name: str) -> bool:

@@ -115,11 +115,18 @@ def _estimator(pen: str, chosen: tuple[str, ...], name: str) -> Estimator[Any]:
 
 @cache
 def _seen(scope: Scope, chosen: tuple[str, ...]) -> Mapping[str, bool]:
-    """Return which outputs a choice shows along the simulated motion."""
+    """Return which outputs a choice shows along the simulated motion.
+
+    A sensor without a rate cannot be simulated: what it adds (a contact) is left out.
+    """
     assert scope.pen is not None
     pen = load_pen(scope.pen)
-    if lacking := [name for name in chosen if name not in sensors_with_a_rate(pen)]:
-        raise InputError(f"sensor {lacking[0]} of pen {pen.name} has no rate, expected rate_hz")
-    model = pen_model(pen, chosen)
-    found = judge(model, simulate(pen, chosen, motion=scope.motion, duration_s=DURATION_S, seed=0))
+    rated = [name for name in chosen if name in sensors_with_a_rate(pen)]
+    if not rated:
+        raise InputError(
+            f"none of the sensors {', '.join(chosen)} of pen {pen.name} has a rate, expected rate_hz"
+        )
+    model = pen_model(pen, rated)
+    whole = simulate(pen, rated, motion=scope.motion, duration_s=DURATION_S, seed=0)
+    found = judge(model, whole)
     return MappingProxyType({name: found.sees(name) for name in outputs_of(model).names})

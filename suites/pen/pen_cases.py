@@ -20,9 +20,13 @@ from models.gentle_hand import BY_SPEED
 from models.motion import Motion, TipBoundedVelocity, TipWhiteJerk, white_jerk_motion
 from models.pen_config import PenConfig
 from models.pen_file import load_pen
+from models.printed import PRINTED_ERRORS
 
 PEN_ESTIMATORS = BENCHMARK_ESTIMATORS
 MOTION, DURATION_S = "handwriting", 4.0
+PRINTED_S = 0.5
+"""Stretch on which (9) as printed stands beside the rigid body."""
+
 WITH_IPOPT_S, WITH_IPOPT_SETTLING_S = 0.5, 0.25
 """Stretch of the recording that IPOPT solves too. An accelerometer alone takes it 45 ms a step
 there, but up to 300 iterations and 1.8 s from 0.6 s on."""
@@ -51,6 +55,8 @@ class PenCase:
     neglects : the estimator takes the accelerometer for one at the tip of a pen whose tip
         does not accelerate, so that it shows gravity and nothing else: what [Pen] does with
         its turntable
+    is_on_axis : all its sensors are on its axis, as (9) has them
+    is_printed : the estimator's accelerometer is that of (9) as printed, with all its errors
     """
 
     about: str
@@ -64,10 +70,13 @@ class PenCase:
     settling_s: float = SETTLING_S
     has_few_seeds: bool = False
     neglects: bool = False
+    is_on_axis: bool = False
+    is_printed: bool = False
 
 
 REFERENCE, WITHOUT_SPIN = "free pen, handwriting", "no-spin pen, handwriting"
 WITH_IPOPT = f"free pen, handwriting, {WITH_IPOPT_S:g} s"
+ON_AXIS, PRINTED = "no-spin pen, rigid body", "no-spin pen, (9) as printed"
 SPIN_IGNORED, MEASURED_HAND = "spin ignored", "free pen, hand measured"
 
 PEN_CASES: Mapping[str, PenCase] = MappingProxyType(
@@ -82,6 +91,15 @@ PEN_CASES: Mapping[str, PenCase] = MappingProxyType(
             "what it is worth to know the hand", BOTH, 1.0, FREE, FREE, hand_is_measured=True,
             estimators=("ekf",),
         ),
+        **{
+            case: PenCase(
+                "what the errors of (9) cost", ("accel+gyro+camera",),
+                estimators=(OPTIMUM, NEAR, "mhe-rti", "ekf"), duration_s=PRINTED_S,
+                settling_s=PRINTED_S / 2, has_few_seeds=True, is_on_axis=True,
+                is_printed=case == PRINTED,
+            )
+            for case in (ON_AXIS, PRINTED)
+        },
         SPIN_IGNORED: PenCase(
             "a pen that spins, taken for one that does not",
             ("gyro", "accel+gyro", "accel+gyro+camera"),
@@ -119,15 +137,29 @@ def assumed_pen(case: str) -> PenConfig:
     """Return the pen that the estimator of a case assumes."""
     row = PEN_CASES[case]
     pen = _of_hand(row, row.assumed)
+    if row.is_printed:
+        return pen.model_copy(update={"printed_errors": PRINTED_ERRORS})
     return _neglecting(pen) if row.neglects else pen
 
 
 def _of_hand(row: PenCase, degrees_of_freedom: int) -> PenConfig:
     """Return the reference pen, told how the hand of a case moves it."""
     pen = load_pen("reference").model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    if row.is_on_axis:
+        pen = _on_axis(pen)
     if degrees_of_freedom == NO_SPIN:
         return _told(pen, _white_jerk(row.speed), row.speed)
     return _told(pen, _measured_hand(row.speed), row.speed) if row.hand_is_measured else pen
+
+
+def _on_axis(pen: PenConfig) -> PenConfig:
+    """Return a pen whose sensors are as far from the tip along its axis, and not beside it."""
+    sensors: dict[str, Any] = dict(pen.sensors)
+    for name, sensor in sensors.items():
+        if sensor.is_mounted:
+            place = (0.0, 0.0, sensor.position_m[2])
+            sensors[name] = sensor.model_copy(update={"position_m": place})
+    return pen.model_copy(update={"sensors": MappingProxyType(sensors)})
 
 
 def _told(pen: PenConfig, motion: Motion, speed: float) -> PenConfig:

@@ -17,8 +17,9 @@ import pandas as pd
 import pytest
 
 from benchmark.tasks.results import TIMING_COLUMNS
+from commands.benchmark_commands import SPEED
 from commands.sentences import ExitCode
-from commands.study_commands import COMMANDS, SPEED
+from commands.study_commands import COMMANDS
 from pen_mhe.rooms import ROOT
 from suites.studies import STUDIES
 from suites.table import MODULES

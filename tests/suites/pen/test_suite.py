@@ -20,7 +20,15 @@ from benchmark.verdicts.judge import paired_values
 from estimation.estimator import run
 from pen_mhe.estimators import ESTIMATORS
 from suites.pen import pen_run, table_run
-from suites.pen.pen_cases import PEN_CASES, REFERENCE, SPIN_IGNORED, WITH_IPOPT, WITHOUT_SPIN
+from suites.pen.pen_cases import (
+    ON_AXIS,
+    PEN_CASES,
+    PRINTED,
+    REFERENCE,
+    SPIN_IGNORED,
+    WITH_IPOPT,
+    WITHOUT_SPIN,
+)
 from suites.pen.suite import NAME, SUITE
 from suites.pen.table_run import STARTS, STROKES
 from suites.pen.table_run import WITH_IPOPT as TABLE_WITH_IPOPT
@@ -78,6 +86,7 @@ def test_ipopt_runs_on_every_choice_of_sensors_and_few_seeds(seeds: int, of_ipop
     tasks = SUITE.tasks(Scope(seeds=seeds))
     found = {(t.case, t.sensors, t.seed) for t in tasks if t.estimator == "mhe-ipopt"}
     rows = [(WITH_IPOPT, sensors) for sensors in CONFIGURATIONS]
+    rows += [(case, "accel+gyro+camera") for case in (ON_AXIS, PRINTED)]
     rows += [(TABLE_WITH_IPOPT, sensors) for sensors in TURNTABLE_CONFIGURATIONS]
     assert found == {(*row, seed) for row in rows for seed in range(of_ipopt)}
     beside = {(t.case, t.sensors, t.seed) for t in tasks if t.estimator == "mhe"}

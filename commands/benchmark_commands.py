@@ -1,0 +1,149 @@
+"""The commands ``benchmark`` and ``report``: which sensors, and which estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from commands.command_line import command_line
+from commands.lists import completing, completing_several
+from commands.options import JobsOption, names
+from commands.sentences import one_sentence
+from models.errors import InputError
+from models.names import unknown
+from suites.table import MODULES, OWN_PEN
+
+SPEED = "speed"
+"""The suite that times solvers by itself, see `suites.speed.study`."""
+
+
+DataOption = Annotated[
+    Path | None, typer.Option(help="Folder with real recordings.", envvar="PEN_MHE_DATA")
+]
+
+
+def complete_suites(incomplete: str) -> list[str]:
+    """Complete the name of a suite."""
+    return [name for name in (*MODULES, SPEED) if name.startswith(incomplete)]
+
+
+def benchmark(
+    suites: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help=f"{{suites}} (default: all of these), or {SPEED} alone.",
+            autocompletion=complete_suites,
+        ),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option(help="Folder; an interrupted run continues there.")
+    ] = Path("results"),
+    seeds: Annotated[int, typer.Option(help="Simulated recordings of every case.", min=1)] = 5,
+    jobs: JobsOption = 2,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a running Dask cluster, instead of processes.")
+    ] = None,
+    data: DataOption = None,
+    estimators: Annotated[
+        str | None,
+        typer.Option(
+            help="Names with commas: run only these, of {estimators} and the suites' own.",
+            autocompletion=completing_several("estimators"),
+        ),
+    ] = None,
+    pen: Annotated[
+        str | None,
+        typer.Option(
+            help="With suite pen alone: ask of this pen. A pen file, or one of {pens}.",
+            autocompletion=completing("pens"),
+        ),
+    ] = None,
+    motion: Annotated[
+        str | None,
+        typer.Option(
+            help="Of --pen: what it is simulated along, of {motions}; handwriting by default.",
+            autocompletion=completing("motions"),
+        ),
+    ] = None,
+    recording: Annotated[
+        Path | None, typer.Option(help="Of --pen: a recording of it, instead of a motion.")
+    ] = None,
+    problems: Annotated[
+        str | None, typer.Option(help=f"Of {SPEED}: names with commas; by default all.")
+    ] = None,
+    windows: Annotated[
+        int | None, typer.Option(help=f"Of {SPEED}: at most so many per problem.", min=1)
+    ] = None,
+) -> None:
+    """Run the suites and write the report: which sensors, and which estimator."""
+    with one_sentence():
+        if suites == [SPEED]:
+            if estimators is not None:
+                raise InputError(f"--estimators is not of suite {SPEED}, expected other suites")
+            _speed(output, names(problems), windows)
+            return
+        if problems is not None or windows is not None:
+            raise InputError(f"--problems and --windows are of suite {SPEED}, expected it alone")
+        chosen = suites or list(MODULES)
+        for suite in chosen:
+            if suite == SPEED:
+                raise InputError(f"suite {SPEED} among others, expected it alone: it needs quiet")
+            if suite not in MODULES:
+                raise unknown("suite", suite, (*MODULES, SPEED))
+        if data is not None and not data.is_dir():
+            raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
+        from benchmark.runner.run import Workers  # tables and figures are slow to import
+        from benchmark.tasks.suite import Scope
+        from commands import benchmark_run
+
+        unique = list(dict.fromkeys(chosen))
+        _check_own_pen(pen, motion, recording, unique)
+        scope = Scope(
+            seeds,
+            None if data is None else str(data.resolve()),
+            names(estimators),
+            pen,
+            motion or Scope.motion,
+            None if recording is None else str(recording.resolve()),
+        )
+        if pen is not None:
+            unique = [OWN_PEN]
+        workers = Workers(jobs, scheduler)
+        benchmark_run.run_benchmark(unique, output, scope, workers, command_line())
+
+
+def _check_own_pen(
+    pen: str | None, motion: str | None, recording: Path | None, suites: Sequence[str]
+) -> None:
+    """Raise `InputError` unless the options about a pen of one's own fit together."""
+    if pen is None and (motion is not None or recording is not None):
+        raise InputError("--motion and --recording are of --pen, expected a pen beside them")
+    if pen is not None and list(suites) != ["pen"]:
+        raise InputError(f"--pen with suites {', '.join(suites)}, expected suite pen alone")
+    if motion is not None and recording is not None:
+        raise InputError("--motion beside --recording, expected one of them")
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help="Of a finished `pen-mhe benchmark`.")],
+    pictures: Annotated[
+        Path | None, typer.Option(help="Folder for every figure as a PNG file too.")
+    ] = None,
+) -> None:
+    """Draw the report of a run again from its files."""
+    from commands import benchmark_run  # tables and figures are slow to import
+
+    with one_sentence():
+        benchmark_run.show_report(folder, pictures)
+
+
+def _speed(output: Path, keys: Sequence[str] | None, windows: int | None) -> None:
+    from suites.speed import problems, study  # tables and figures are slow to import
+
+    given: dict[str, Any] = {} if windows is None else {"windows": windows}
+    if keys is not None:
+        given["problems"] = [problems.find_problem(key) for key in keys]
+    study.run_speed(output, **given)
