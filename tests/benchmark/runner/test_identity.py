@@ -95,7 +95,9 @@ def test_a_task_depends_on_the_recordings_that_it_reads(
 ) -> None:
     (tmp_path / "real").mkdir()
     (tmp_path / "real" / "a").write_text("1")
-    suite = SimpleNamespace(reads=lambda task: "real" if task.seed else "")
+    suite = SimpleNamespace(
+        reads=lambda task: "real" if task.seed else "", made_of=lambda scope: ""
+    )
     monkeypatch.setattr(execute, "find_suite", lambda _: suite)
     reading, other = Task("s", "c", "n", "e", 1), Task("s", "c", "n", "e", 0)
     data = Scope(data=str(tmp_path))
