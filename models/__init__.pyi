@@ -5,6 +5,7 @@ from models.gaussian import GaussianState as GaussianState
 from models.kinematics import RigidBody as RigidBody
 from models.motions import MotionConfig as MotionConfig
 from models.motions import motion_named as motion_named
+from models.ode import ode as ode
 from models.own_models import OwnSensor as OwnSensor
 from models.own_models import own_model as own_model
 from models.pen import pen_model as pen_model
