@@ -6,8 +6,8 @@ from models.kinematics import RigidBody as RigidBody
 from models.motions import MotionConfig as MotionConfig
 from models.motions import motion_named as motion_named
 from models.ode import ode as ode
-from models.own_models import OwnSensor as OwnSensor
 from models.own_models import own_model as own_model
+from models.own_sensors import OwnSensor as OwnSensor
 from models.pen import pen_model as pen_model
 from models.pen_config import PenConfig as PenConfig
 from models.pen_file import load_pen as load_pen

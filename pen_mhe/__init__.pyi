@@ -18,8 +18,8 @@ from models.bundled import bundled_pens as bundled_pens
 from models.errors import InputError as InputError
 from models.gaussian import GaussianState as GaussianState
 from models.ode import ode as ode
-from models.own_models import OwnSensor as OwnSensor
 from models.own_models import own_model as own_model
+from models.own_sensors import OwnSensor as OwnSensor
 from models.pen import pen_model as pen_model
 from models.pen_config import PenConfig as PenConfig
 from models.pen_file import load_pen as load_pen

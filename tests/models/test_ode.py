@@ -14,7 +14,8 @@ from estimation.estimator import run
 from estimation.status import Status
 from models.errors import InputError
 from models.ode import ode
-from models.own_models import OwnSensor, own_model
+from models.own_models import own_model
+from models.own_sensors import OwnSensor
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import LEAST_SQUARES, create_estimator
 from recordings.simulate_pen import simulate_model

@@ -11,7 +11,8 @@ from scipy.optimize import lsq_linear
 from estimation.estimator import run
 from estimation.recording import Recording
 from models.errors import InputError
-from models.own_models import OwnSensor, own_model
+from models.own_models import own_model
+from models.own_sensors import OwnSensor
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
 
