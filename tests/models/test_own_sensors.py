@@ -1,4 +1,4 @@
-"""Angles that wrap and full noise covariances of a model of one's own, against the Kalman filter."""
+"""Wrapped angles and full noise covariances of one's own model, against the Kalman filter."""
 
 from __future__ import annotations
 

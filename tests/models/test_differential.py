@@ -12,8 +12,8 @@ from scipy.linalg import expm
 
 from estimation.estimator import run
 from estimation.status import Status
+from models.differential import ode
 from models.errors import InputError
-from models.ode import ode
 from models.own_models import own_model
 from models.own_sensors import OwnSensor
 from models.state_space import StateSpaceModel
