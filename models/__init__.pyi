@@ -1,12 +1,13 @@
 from models import printed as printed
 from models.bundled import bundled_pens as bundled_pens
+from models.differential import ode as ode
 from models.errors import InputError as InputError
 from models.gaussian import GaussianState as GaussianState
 from models.kinematics import RigidBody as RigidBody
 from models.motions import MotionConfig as MotionConfig
 from models.motions import motion_named as motion_named
-from models.own_models import OwnSensor as OwnSensor
 from models.own_models import own_model as own_model
+from models.own_sensors import OwnSensor as OwnSensor
 from models.pen import pen_model as pen_model
 from models.pen_config import PenConfig as PenConfig
 from models.pen_file import load_pen as load_pen

@@ -15,10 +15,11 @@ from mhe.realtime import Mhe as Mhe
 from mhe.realtime import MheRti as MheRti
 from mhe.reference.ipopt import MheIpopt as MheIpopt
 from models.bundled import bundled_pens as bundled_pens
+from models.differential import ode as ode
 from models.errors import InputError as InputError
 from models.gaussian import GaussianState as GaussianState
-from models.own_models import OwnSensor as OwnSensor
 from models.own_models import own_model as own_model
+from models.own_sensors import OwnSensor as OwnSensor
 from models.pen import pen_model as pen_model
 from models.pen_config import PenConfig as PenConfig
 from models.pen_file import load_pen as load_pen
