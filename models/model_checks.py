@@ -31,6 +31,7 @@ def check_sizes(
     sizes: Mapping[str, tuple[int, int]],
     sensors: Iterable[SensorModel],
     n_x: int,
+    *,
     n_u: int = 0,
 ) -> None:
     """Raise `InputError` with the first part whose size does not fit, or a noise of zero.

@@ -14,7 +14,7 @@ ROUNDING = 1e-12
 
 
 def noisy_readings(
-    sensor: SensorModel, states: Array, noise: Array, inputs: Array | None = None
+    sensor: SensorModel, states: Array, noise: Array, *, inputs: Array | None = None
 ) -> Array:
     """Return the readings y (n, n_y) whose residuals at the true states are `noise`.
 

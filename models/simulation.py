@@ -90,6 +90,7 @@ def drawn_states(
     model: StateSpaceModel,
     time_s: Array,
     rng: np.random.Generator,
+    *,
     inputs: Array | None = None,
 ) -> Array:
     """Return states (n, n_x) drawn from any model: its prior, then its own noise.
@@ -211,6 +212,7 @@ def simulate_readings(
     time_s: Array,
     states: Array,
     seed: Seed,
+    *,
     inputs: Array | None = None,
 ) -> SimulatedReadings:
     """Read every sensor at its own instants: noise, quantiser, range, lost samples.
@@ -232,7 +234,7 @@ def simulate_readings(
         else:
             w = stream(root, f"noise of {name}").standard_normal((len(rows), sensor.n_r))
             u = None if inputs is None else inputs[rows]
-            noisy = noisy_readings(sensor, states[rows], sensor.drawn_std * w, u)
+            noisy = noisy_readings(sensor, states[rows], sensor.drawn_std * w, inputs=u)
             values = digitised(sensor, noisy)
         lost = stream(root, f"losses of {name}").random(len(rows)) < sensor.dropout_fraction
         values[lost] = np.nan

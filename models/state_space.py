@@ -106,7 +106,7 @@ class StateSpaceModel:
         }
         if self.reach is not None:
             sizes["reach"] = (self.reach.size, n_x)
-        check_sizes(self.name, sizes, self.sensors, n_x, self.n_u)
+        check_sizes(self.name, sizes, self.sensors, n_x, n_u=self.n_u)
         if self.conditions is not None:
             rows = (int(self.inequality.numel_out(0)), self.n_y)
             check_conditions(self.name, self.conditions, rows)

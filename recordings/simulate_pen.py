@@ -107,7 +107,8 @@ def simulate_model(
     check_signals(model, given)
 
     def truth(time_s: Array, captured: Mapping[str, Array], root: np.random.SeedSequence) -> Array:
-        return drawn_states(model, time_s, stream(root, "motion"), sampled(model, given, time_s))
+        u = sampled(model, given, time_s)
+        return drawn_states(model, time_s, stream(root, "motion"), inputs=u)
 
     return _record(DRAWN, model, truth, duration_s, seed, stamps, given)
 
@@ -132,7 +133,7 @@ def _record(
     columns = [outputs.names.index(name) for name in more]
     values = np.hstack([states, outputs.function(states.T).full().T[:, columns]])
     u = sampled(model, inputs or {}, time_s)
-    readings = simulate_readings(model, captured, time_s, states, root, u).sensors
+    readings = simulate_readings(model, captured, time_s, states, root, inputs=u).sensors
     return Recording.from_sensors(
         f"{name} (simulated)",
         {key: (stamped[key], values) for key, (_, values) in readings.items()},
