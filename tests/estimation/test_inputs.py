@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -26,10 +28,17 @@ from models.errors import InputError
 from models.own_models import OwnSensor, own_model
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import LEAST_SQUARES, create_estimator, settings_read
+from recordings.formats.model_tables import (
+    recording_from_model_table,
+    recording_to_model_table,
+)
+from recordings.formats.tables import write_table
+from recordings.read import read_recording
 from recordings.simulate_pen import simulate_model
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
 from tests.references import kalman
 
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "inputs.md"
 STEP_S, N = 0.05, 9
 A, B = np.array([[0.0, 1.0], [-1.0, -0.5]]), np.array([[0.0], [1.0]])
 SHORT: dict[str, Any] = {"horizon": N}
@@ -239,3 +248,28 @@ def test_a_recording_without_the_input_is_refused(swing: Recording) -> None:
     parts = swing.select(["turns"])
     assert set(parts.inputs) == {"torque", "gain"}
     assert len(parts.time_s) == len(swing.time_s)
+
+
+def test_a_table_holds_the_inputs(swing: Recording, tmp_path: Path) -> None:
+    """Written and read back: the same rows, and the same truth."""
+    model, path = lamp(), tmp_path / "swing.csv"
+    write_table(recording_to_model_table(swing, model), path)
+    again = read_recording(path, model)
+    for one, other in zip(again.stacked(model), swing.stacked(model), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert swing.truth is not None
+    assert again.truth is not None
+    np.testing.assert_array_equal(again.truth.values, swing.truth.values)
+    table = recording_to_model_table(swing, model)
+    with pytest.raises(InputError, match="column gain is missing"):
+        recording_from_model_table(table.drop(columns="gain"), model, "swing")
+    with pytest.raises(InputError, match="column draught is unknown"):
+        recording_from_model_table(table.assign(draught=0.0), model, "swing")
+
+
+def test_the_page_runs() -> None:
+    [block] = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(block, str(PAGE), "exec"), names)
+    assert set(names["history"].status) == {Status.SOLVED}
+    assert names["estimate"].status is Status.SOLVED
