@@ -8,15 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from estimation.input_columns import check_inputs, held
+from estimation.truth import Truth as Truth  # many take both from here
 from models.arrays import Array
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
 from models.names import expected_one_of
 from models.state_space import StateSpaceModel
 from models.units import TIME_DIGITS
-
-TRUTH_TOLERANCE_S = 1e-6
-"""How far from an instant the truth may be given to count as its truth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,39 +28,6 @@ class Measurement:
 
     time_s: float
     y: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Truth:
-    """True states: times (n,), the names of the states and their values (n, k)."""
-
-    time_s: Array
-    names: tuple[str, ...]
-    values: Array
-
-    def states(self, names: Sequence[str], time_s: Array) -> Array:
-        """Return true states (m, len(names)) at given instants, NaN for states it has not.
-
-        Raises
-        ------
-        InputError
-            If the truth is not given at one of the instants.
-        """
-        rows = np.minimum(np.searchsorted(self.time_s, time_s), len(self.time_s) - 1)
-        before = np.maximum(rows - 1, 0)
-        nearer = np.abs(self.time_s[before] - time_s) < np.abs(self.time_s[rows] - time_s)
-        rows = np.where(nearer, before, rows)
-        away = np.abs(self.time_s[rows] - time_s)
-        if (away > TRUTH_TOLERANCE_S).any():
-            raise InputError(
-                f"no truth at {time_s[int(np.argmax(away))]:g} s, "
-                "expected it at every instant of the estimates"
-            )
-        states = np.full((len(time_s), len(names)), np.nan)
-        for column, name in enumerate(names):
-            if name in self.names:
-                states[:, column] = self.values[rows, self.names.index(name)]
-        return states
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -117,12 +83,7 @@ class Recording:
                     f"recording {self.name}: {sensor} in row {row} is infinite, "
                     "expected a number, or NaN where there is no reading"
                 )
-        for name, values in self.inputs.items():
-            if values.shape != self.time_s.shape or np.isinf(values).any():
-                raise InputError(
-                    f"recording {self.name}: input {name} has values of shape {values.shape}, "
-                    f"expected {self.time_s.shape} of numbers, NaN where it is as before"
-                )
+        check_inputs(self.name, self.time_s, self.inputs)
 
     @classmethod
     def from_sensors(
@@ -269,23 +230,8 @@ class Recording:
                 y[:, columns] = self.readings[sensor.name]
             start += sensor.n_y
         for i, name in enumerate(model.input_names, model.n_y):
-            y[:, i] = self._held(name)
+            y[:, i] = held(self.name, self.time_s, self.inputs, name)
         return np.asarray(self.time_s, dtype=float), y
-
-    def _held(self, name: str) -> Array:
-        """Return an input (n,), held where it is missing."""
-        if name not in self.inputs:
-            raise InputError(
-                f"recording {self.name} has no input {name}; {expected_one_of(name, self.inputs)}"
-            )
-        values = np.asarray(self.inputs[name], dtype=float)
-        if np.isnan(values[0]):
-            raise InputError(
-                f"recording {self.name}: input {name} has no value at the first instant "
-                f"({self.time_s[0]:g} s), expected one: only a later one may be missing"
-            )
-        last = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))
-        return values[last]
 
     def measurements(self, model: StateSpaceModel) -> Iterator[Measurement]:
         """Yield the rows of `stacked`, instant by instant."""

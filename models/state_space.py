@@ -26,17 +26,12 @@ from models.bounds import split_bounds
 from models.errors import InputError
 from models.feasibility import feasible
 from models.gaussian import GaussianState
-from models.model_checks import (
-    check_conditions,
-    check_needs,
-    check_prior,
-    check_sizes,
-    input_sizes,
-)
+from models.model_checks import check_needs
 from models.model_text import model_html, model_text
-from models.names import did_you_mean, several, unknown
+from models.names import did_you_mean, several
 from models.outputs import Outputs, TangentNames
 from models.sensor_model import SensorModel
+from models.state_space_parts import check_model, stacked_row
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,30 +82,7 @@ class StateSpaceModel:
     input_units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        n_x = self.n_x
-        sizes = {
-            "state_units": (len(self.state_units), n_x),
-            "f's state": (self.f.numel_in(0), n_x),
-            "f's step": (self.f.numel_in(2), 1),
-            "f's result": (self.f.numel_out(0), n_x),
-            "prior mean": (self.prior.mean.size, n_x),
-            "prior covariance": (self.prior.covariance.size, n_x * n_x),
-            "lower": (self.lower.size, n_x),
-            "upper": (self.upper.size, n_x),
-            "retract": (self.retract.numel_out(0), n_x),
-            "difference": (self.difference.numel_out(0), n_x),
-            "inequality": (self.inequality.numel_in(0), n_x),
-            "regularity": (self.regularity.numel_out(0), 1),
-            "input_units": (len(self.input_units), self.n_u),
-            **input_sizes("f", self.f, 3, (self.n_u, self.n_u) if self.n_u else ()),
-        }
-        if self.reach is not None:
-            sizes["reach"] = (self.reach.size, n_x)
-        check_sizes(self.name, sizes, self.sensors, n_x, n_u=self.n_u)
-        if self.conditions is not None:
-            rows = (int(self.inequality.numel_out(0)), self.n_y)
-            check_conditions(self.name, self.conditions, rows)
-        check_prior(self.name, self.prior, n_x)
+        check_model(self)
 
     @property
     def n_x(self) -> int:
@@ -215,19 +187,7 @@ class StateSpaceModel:
         InputError
             If a reading has another shape, or an input is unknown.
         """
-        parts = []
-        for sensor in self.sensors:
-            value = np.asarray(readings.get(sensor.name, np.full(sensor.n_y, np.nan)), dtype=float)
-            if value.shape != (sensor.n_y,):
-                raise InputError(
-                    f"reading of {sensor.name} has shape {value.shape}, expected ({sensor.n_y},)"
-                )
-            parts.append(value)
-        given = dict(inputs or {})
-        known = [given.pop(name, np.nan) for name in self.input_names]
-        for name in given:
-            raise unknown(f"model {self.name}: input", name, self.input_names)
-        return np.concatenate([np.zeros(0), *parts, np.array(known, dtype=float)])
+        return stacked_row(self, readings, inputs or {})
 
     def replace(self, **changes: object) -> StateSpaceModel:
         """Return a copy with some fields changed."""
