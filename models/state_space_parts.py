@@ -42,7 +42,13 @@ def check_model(model: Any) -> None:
 
 
 def stacked_row(model: Any, readings: Mapping[str, Array], inputs: Mapping[str, float]) -> Array:
-    """Return a row (n_row,) of readings and inputs; see `StateSpaceModel.stack`."""
+    """Return a row (n_row,) of readings and inputs; see `stack` of the model.
+
+    Raises
+    ------
+    InputError
+        If a reading has another shape, or an input is unknown.
+    """
     parts = []
     for sensor in model.sensors:
         value = np.asarray(readings.get(sensor.name, np.full(sensor.n_y, np.nan)), dtype=float)
