@@ -28,13 +28,20 @@ def stacked_sensors(model: StateSpaceModel) -> list[StackedSensor]:
 
 
 def measured_columns(model: StateSpaceModel) -> list[int]:
-    """Return the places of the readings that a caller gives, in their order."""
-    return [
+    """Return the places of what a caller gives: readings in their order, then known inputs."""
+    readings = [
         stacked.column + i
         for stacked in stacked_sensors(model)
         if stacked.sensor.has_readings
         for i in range(stacked.sensor.n_y)
     ]
+    return [*readings, *range(model.n_y, model.n_row)]
+
+
+def given_names(model: StateSpaceModel) -> list[str]:
+    """Return the names of `measured_columns`."""
+    names = (*model.reading_names, *model.input_names)
+    return [names[i] for i in measured_columns(model)]
 
 
 def detected_sensors(model: StateSpaceModel) -> list[StackedSensor]:

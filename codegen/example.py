@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from codegen.constant_readings import measured_columns
+from codegen.constant_readings import given_names, measured_columns
 from codegen.export import Export
 from codegen.names import macros
 from codegen.structures import braces
@@ -18,7 +18,7 @@ from models.units import TIME_DIGITS, UNITS
 def example_program(export: Export) -> str:
     """Return the text of main.c."""
     model, prefix = export.exported.model, export.prefix
-    names = [model.reading_names[i] for i in measured_columns(model)]
+    names = given_names(model)
     bits = [
         f"{{{prefix.upper()}_STATUS_{name}, {_text(member.label)}}}"
         for name, member in Status.__members__.items()
@@ -58,8 +58,10 @@ def headers(model: StateSpaceModel) -> dict[str, tuple[int, float]]:
     """
     found = {f"time_{unit}": (-1, factor) for unit, factor in UNITS["s"].items()}
     units = [unit for sensor in model.sensors for unit in sensor.unit_of_axis]
-    for place, column in enumerate(measured_columns(model)):
-        name = model.reading_names[column]
+    units += [""] * model.n_u  # an input's name says its unit
+    for place, (column, name) in enumerate(
+        zip(measured_columns(model), given_names(model), strict=True)
+    ):
         found[name] = (place, 1.0)
         for unit, factor in UNITS.get(units[column], {}).items():
             found[f"{name}_{unit}"] = (place, factor)

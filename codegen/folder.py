@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from codegen.constant_readings import constant_sensors, detected_sensors, measured_columns
+from codegen.constant_readings import constant_sensors, detected_sensors, given_names
 from codegen.example import example_program
 from codegen.export import Export, export_texts
 from codegen.exportable import exportable, is_timed
@@ -109,7 +109,7 @@ def write_export(export: Export, folder: Path, sizes: Sizes | None, command: str
 def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> str:
     model = export.exported.model
     is_float = export.precision.c_type == "float"
-    names = [model.reading_names[i] for i in measured_columns(model)]
+    names = given_names(model)
     unread = [*constant_sensors(model), *detected_sensors(model)]
     added = [stacked.sensor.name for stacked in unread]
     return filled(

@@ -44,7 +44,7 @@ def header(export: Exportable, prefix: str, precision: Precision, form: str) -> 
             capital, "STATE", zip(model.state_names, model.state_units, strict=True)
         ),
         derived=_derived(capital, derived),
-        readings=_enumeration(capital, "READING", reading_units(model)),
+        readings=_readings(capital, model),
         rows=_comment(_row_words(model)),
         constants=_comment(_constant_words(model)),
         statuses=_statuses(capital),
@@ -71,26 +71,45 @@ def state_units(model: StateSpaceModel) -> list[tuple[str, str]]:
 def reading_units(model: StateSpaceModel) -> list[tuple[str, str]]:
     """Return (name, unit) of every reading that a caller gives."""
     units = [unit for sensor in model.sensors for unit in sensor.unit_of_axis]
-    return [(model.reading_names[i], readable_unit(units[i])) for i in measured_columns(model)]
+    given = measured_columns(model)[: -model.n_u or None]
+    return [(model.reading_names[i], readable_unit(units[i])) for i in given]
 
 
 def _sizes(export: Exportable, capital: str) -> list[str]:
     model = export.model
+    given = "readings that a step is given" + (", and known inputs" if model.n_u else "")
     sizes = {
         "N_X": (model.n_x, "states"),
         "N_DERIVED": (len(derived_outputs(model).names), "numbers that are derived from states"),
-        "N_Y": (len(measured_columns(model)), "readings that a step is given"),
+        "N_Y": (len(measured_columns(model)), given),
         "N_R": (model.n_r, "rows of the innovation"),
     }
     return [f"#define {capital}_{name} {n} /* {words} */" for name, (n, words) in sizes.items()]
 
 
-def _enumeration(capital: str, kind: str, entries: Iterable[tuple[str, str]]) -> str:
+def _readings(capital: str, model: StateSpaceModel) -> str:
+    """Return the places of readings, and of known inputs behind them."""
+    readings = reading_units(model)
+    found = _enumeration(capital, "READING", readings)
+    if not model.n_u:
+        return found
+    inputs = zip(model.input_names, model.input_units, strict=True)
+    words = [
+        "Known inputs, behind the readings. NaN: it is as it was before; a step that knows nothing",
+        "of one yet does nothing and returns -1.",
+    ]
+    behind = _enumeration(capital, "INPUT", inputs, first=len(readings))
+    return "\n".join([found, "", _comment(words), behind])
+
+
+def _enumeration(
+    capital: str, kind: str, entries: Iterable[tuple[str, str]], *, first: int = 0
+) -> str:
     rows = list(entries)
     names = macros(name for name, _ in rows)
     lines = [
         f"    {capital}_{kind}_{name} = {i}, /* {unit} */"
-        for i, (name, (_, unit)) in enumerate(zip(names, rows, strict=True))
+        for i, (name, (_, unit)) in enumerate(zip(names, rows, strict=True), first)
     ]
     return "\n".join(["enum {", *lines, "};"]) if lines else f"/* no {kind.lower()} */"
 

@@ -39,13 +39,14 @@ def interface(export: Exportable, start: Array, prefix: str, precision: Precisio
         prefix=prefix,
         PREFIX=prefix.upper(),
         entry=export.loop.entry,
-        n_y=str(model.n_y),
+        n_y=str(model.n_row),
         first=first,
         start=braces(entries),
         measured=braces([str(column) for column in measured_columns(model)]),
         time="late ? -INFINITY : (real)(time_s - state->origin_s)" if is_relative else "time_s",
         constants=_constants(export, precision) if constants else "",
         add_constants=_add_constants(prefix) if constants else "",
+        check_inputs=_check_inputs(export) if model.n_u else "",
         call_constants="if (!late) add_constants(state, time_s, y);" if constants else "",
         rebase=_rebase(export, prefix) if is_relative else "",
         call_rebase="rebase(state, memory, time);" if is_relative else "",
@@ -54,6 +55,17 @@ def interface(export: Exportable, start: Array, prefix: str, precision: Precisio
             for i, (name, (c_type, _)) in enumerate(NUMBERS.items())
             if name != "time_s"
         ),
+    )
+
+
+def _check_inputs(export: Exportable) -> str:
+    """Return what refuses a measurement without an input that was not known before."""
+    model, at = export.model, export.loop.memory.slices["inputs"].start
+    n_given = len(measured_columns(model)) - model.n_u
+    return (
+        f"for (integer i = 0; i < {model.n_u}; i++)\n"
+        f"        if (!isfinite(readings[{n_given} + i])\n"
+        f"            && !isfinite(state->memory[state->at][{at} + i])) return -1;\n"
     )
 
 

@@ -40,10 +40,15 @@ def in_roots(model: StateSpaceModel, loop: Loop, start: Array) -> tuple[Loop, Ar
 
 
 def _without_covariance(transition: ca.Function) -> ca.Function:
-    """Return (x̃, w̃, Δt) → (f, F, G): roots need no Q; see `estimation.linearisation`."""
-    given = transition.sx_in()[:3]
-    results = transition.call([*given, ca.SX.ones(transition.size_in(3))])[:3]
-    names = transition.name_in()[:3], transition.name_out()[:3]
+    """Return (x̃, w̃, Δt) → (f, F, G): roots need no Q; see `estimation.linearisation`.
+
+    Known inputs keep their place, behind D.
+    """
+    every = transition.sx_in()
+    n = 3 if transition.n_in() == 4 else transition.n_in()
+    given, inputs = every[:n], every[4:]
+    results = transition.call([*every[:3], ca.SX.ones(transition.size_in(3)), *inputs])[:3]
+    names = transition.name_in()[:n], transition.name_out()[:3]
     return ca.Function(transition.name(), given, results, *names, {"cse": True})
 
 

@@ -58,13 +58,15 @@ class EkfConfig:
 class EkfState:
     """Time (None before the first measurement) and Gaussian x_k|k, or the prior x_0|-1.
 
-    ``seen`` (n_sensors,) is 1 for sensors whose readings were used, ``rest`` what the detector of
-    rest remembers, see `estimation.rest.rest_blocks`; empty where the model has none.
+    ``seen`` (n_sensors,) is 1 for sensors whose readings were used, ``inputs`` (n_u,) the last
+    known ones, ``rest`` what the detector of rest remembers, see `estimation.rest.rest_blocks`;
+    empty where the model has none.
     """
 
     time_s: float | None
     gaussian: GaussianState
     seen: Array
+    inputs: Array
     rest: Array
 
 
@@ -123,7 +125,7 @@ class Ekf:
 
         Parameters
         ----------
-        time_s, y : (n,), (n, n_y), as of `estimation.recording.Recording.stacked`
+        time_s, y : (n,), (n, n_row), as of `estimation.recording.Recording.stacked`
         covariances, on_progress : see `estimation.estimator.run`
         """
         memory, history = self._batches.take(
@@ -135,23 +137,30 @@ class Ekf:
         n_x, row = self.model.n_x, stride(self.model.n_x)
         end = 1 + n_x + row * row
         seen = end + len(self.model.sensors)
+        inputs = seen + self.model.n_u
         gaussian = restored(memory[1 : n_x + 1], memory[n_x + 1 : end].reshape(row, row))
         time_s = None if math.isnan(memory.item(0)) else memory.item(0)
-        return EkfState(time_s, gaussian, memory[end:seen], memory[seen:])
+        return EkfState(time_s, gaussian, memory[end:seen], memory[seen:inputs], memory[inputs:])
 
 
 def filter_memory(model: StateSpaceModel) -> Layout:
     """Return the layout of the filter's state; ``time_s`` is NaN before the first measurement."""
     n_x, row = model.n_x, stride(model.n_x)
-    state = {"time_s": (), "mean": (n_x,), "covariance": (row, row), "seen": (len(model.sensors),)}
+    state = {
+        "time_s": (),
+        "mean": (n_x,),
+        "covariance": (row, row),
+        "seen": (len(model.sensors),),
+        "inputs": (model.n_u,),
+    }
     return Layout("Memory", {**state, **rest_blocks(model)})
 
 
 def first_filter(model: StateSpaceModel, prior: GaussianState | None) -> EkfState:
     """Return the state before the first measurement; a prior of None is the model's."""
     detector = Layout("RestMemory", rest_blocks(model))
-    unseen = np.zeros(len(model.sensors))
-    return EkfState(None, first_state(model, prior), unseen, np.zeros(detector.size))
+    unseen, unknown = np.zeros(len(model.sensors)), np.full(model.n_u, np.nan)
+    return EkfState(None, first_state(model, prior), unseen, unknown, np.zeros(detector.size))
 
 
 def packed_state(state: EkfState) -> Array:
@@ -159,11 +168,12 @@ def packed_state(state: EkfState) -> Array:
     n_x, row = len(state.gaussian.mean), stride(len(state.gaussian.mean))
     end = 1 + n_x + row * row
     seen = end + len(state.seen)
-    memory = np.empty(seen + len(state.rest))
+    inputs = seen + len(state.inputs)
+    memory = np.empty(inputs + len(state.rest))
     memory[0] = np.nan if state.time_s is None else state.time_s
     memory[1 : n_x + 1] = state.gaussian.mean
     store(state.gaussian, memory[n_x + 1 : end].reshape(row, row))
-    memory[end:seen], memory[seen:] = state.seen, state.rest
+    memory[end:seen], memory[seen:inputs], memory[inputs:] = state.seen, state.inputs, state.rest
     return memory
 
 
@@ -179,7 +189,7 @@ def _gate(model: StateSpaceModel, config: EkfConfig) -> Array | None:
 
 def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
     """Return the filter's loop, ekf_baseline/filter.c, for a model."""
-    n_x, n_w, n_y, n_r = model.n_x, model.n_w, model.n_y, model.n_r
+    n_x, n_w, n_r = model.n_x, model.n_w, model.n_r
     row = stride(n_x)
     return Loop(
         sources=[Path(__file__).with_name("filter.c")],
@@ -193,7 +203,7 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
             "unit_noise": np.ones(n_w),
             "present": np.zeros(n_r),
             "used": np.zeros(n_r),
-            "clean": np.zeros(n_y),
+            "clean": np.zeros(model.n_row),
             "difference": "difference",
             **{name: np.zeros(n_x) for name in ("x_minus", "x_next", "d_minus", "d_plus")},
             "P_minus": np.zeros((row, row)),

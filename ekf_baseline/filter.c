@@ -97,14 +97,18 @@ void filter_step(void *self, const real *given, real *memory, real time, const r
         result[f->result.step_time_s] = (real)(seconds() - start);
         return;
     }
+    y = with_inputs(m, given + at->inputs, y);
+    copy(memory + at->inputs, y + m->n_y, m->n_u);
 #if RESTS
     y = with_rest(m, &f->rest, at, given, memory, dt, y);
 #endif
+    const real *reached = memory + at->inputs;
+    const real *u[] = {isnan(before) ? reached : given + at->inputs, reached};
     mark_present(m, y, f->present, f->clean);
     copy(f->used, f->present, m->n_r);
     real *predicted[] = {f->x_minus, 0, f->P_minus, 0, 0};
     predict(m, f->no_deviation, given + at->covariance, given + at->mean, f->no_noise, &dt,
-            f->unit_noise, predicted);
+            f->unit_noise, u, predicted);
     retract(m, f->x_minus, f->no_deviation, f->x_minus); /* angles within a turn */
     real *mean = memory + at->mean, *covariance = memory + at->covariance;
     real *updated[] = {f->d_plus, covariance, f->v, f->S, 0, 0, 0, 0};
@@ -134,5 +138,5 @@ int filter_batch(Filter *f, real *memory, real *other, integer n, const real *ti
                  const real *y, real *results)
 {
     real *both[] = {memory, other};
-    return batch(filter_step, f, both, n, time, y, f->model.n_y, results, f->result.size);
+    return batch(filter_step, f, both, n, time, y, f->model.n_row, results, f->result.size);
 }

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.estimator import remarks
+from estimation.inputs import with_inputs
 from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.layout import Layout
 from estimation.outputs import derived_outputs
@@ -45,17 +46,21 @@ class InterpretedFilter:
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
         """Return the state after a measurement and what the step says; `given` stays."""
         start, model, at = time.perf_counter(), self._model, self.memory
-        _, y = checked_input(at, model.n_y, given, np.asarray(time_s), y)
+        _, y = checked_input(at, model, given, np.asarray(time_s), y)
         before = float(at.view(given, "time_s"))
         state = restored(at.view(given, "mean"), at.view(given, "covariance"))
         if time_s < before:
             return given.copy(), report(
                 self.result, self._derived, before, state, None, Status.LATE, 0
             )
-        dt = 0.0 if np.isnan(before) else time_s - before
+        is_first = bool(np.isnan(before))
+        dt = 0.0 if is_first else time_s - before
+        y = with_inputs(model, at.view(given, "inputs"), y)
+        known = y[model.n_y :] if is_first else at.view(given, "inputs")
         rest, y = self._rest.step(self._rest.part(at, given), dt, y)
         present, status = rows_present(model, y), Status.SOLVED
-        predicted = self._stage.predict(state, dt).state
+        inputs = (known, y[model.n_y :]) if model.n_u else ()
+        predicted = self._stage.predict(state, dt, inputs=inputs).state
         first = update = self._stage.update(predicted, y, present)
         if (rejected := self._gated(update)).any():
             status |= Status.GATED
@@ -74,13 +79,14 @@ class InterpretedFilter:
         at.view(memory, "mean")[:] = gaussian.mean
         store(gaussian, at.view(memory, "covariance"))
         at.view(memory, "seen")[:] = seen
+        at.view(memory, "inputs")[:] = y[model.n_y :]
         self._rest.part(at, memory)[:] = rest
         self.result.view(result, "step_time_s")[...] = time.perf_counter() - start
         return memory, result
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Return the state after n measurements and what each step says, (n, result.size)."""
-        return stepped(self, self._model.n_y, given, time_s, y)
+        return stepped(self, self._model, given, time_s, y)
 
     def _seen(self, given: Array, update: Update) -> Array:
         """Return which sensors' readings were ever used (n_sensors,), with those of an update."""

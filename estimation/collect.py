@@ -84,11 +84,10 @@ class Batches:
         Parameters
         ----------
         given : the state before
-        time_s, y : (n,), (n, n_y)
+        time_s, y : (n,), (n, n_row)
         covariances, on_progress : see `estimation.estimator.run`
         """
-        n_y = self.reader.model.n_y
-        time_s, y = checked_input(self.memory, n_y, given, time_s, y)
+        time_s, y = checked_input(self.memory, self.reader.model, given, time_s, y)
         after = given
 
         def parts() -> Iterator[EstimateHistory]:

@@ -29,7 +29,7 @@ class CompiledStage:
         self._machine.load([functions], [described], [kernel(model, type(described))])
         self._self, self._lost = ctypes.addressof(described), fields["lost"]
         pointer = ctypes.c_void_p
-        self._predict = ctypes.CFUNCTYPE(None, *[pointer] * 8)(described.predict.value)
+        self._predict = ctypes.CFUNCTYPE(None, *[pointer] * 9)(described.predict.value)
         self._update = ctypes.CFUNCTYPE(None, *[pointer] * 7)(described.update.value)
         transition, readings, *_ = functions
         n_x, n_w, n_r, row = model.n_x, model.n_w, model.n_r, stride(model.n_x)
@@ -43,15 +43,26 @@ class CompiledStage:
             for size in (n_x, row * row, n_r, n_r * n_r, n_r * row, n_r, H.shape[1], triangle(n_r))
         ]
         self._results = [_pointers(self._predicted), _pointers(self._updated)]
+        self._no_inputs = [np.zeros(0), np.zeros(0)]
         self._row, self._shape = row, (n_x, n_w, n_r)
 
     def predict(
-        self, deviation: Array, state: GaussianState, x: Array, w: Array, dt: float, scale: Array
+        self,
+        deviation: Array,
+        state: GaussianState,
+        x: Array,
+        w: Array,
+        dt: float,
+        scale: Array,
+        *inputs: Array,
     ) -> tuple[Array, Array, GaussianState, Array, Array]:
         """Return f(x̃, w̃), δ⁻, P⁻ around no mean yet, F (n_x, n_x) and G (n_x, n_w)."""
         n_x, n_w, _ = self._shape
         given = [_doubles(a) for a in (deviation, stored(state), x, w, np.array(dt), scale)]
-        self._predict(self._self, *(address(a) for a in given), ctypes.addressof(self._results[0]))
+        ends = [_doubles(a) for a in inputs] or self._no_inputs
+        u = _pointers(ends)
+        own = *(address(a) for a in given), ctypes.addressof(u)
+        self._predict(self._self, *own, ctypes.addressof(self._results[0]))
         reached, d_minus, P, F_entries, G_entries = self._predicted
         F, G = self._unit.copy(), np.zeros((n_x, n_w))
         F[self._F_at] += F_entries

@@ -184,11 +184,12 @@ static const real *root_of(const Model *m, const real *P)
 }
 
 static void predict(const Model *m, const real *d_plus, const real *P_plus, const real *x_lin,
-                    const real *w_lin, const real *dt, const real *noise_scale, real *const *results)
+                    const real *w_lin, const real *dt, const real *noise_scale,
+                    const real *const *u, real *const *results)
 {
     real *P_minus = results[2];
     real *F = results[3] ? results[3] : m->F, *G = results[4] ? results[4] : m->G;
-    step_at(m, d_plus, x_lin, w_lin, dt, noise_scale, results[0], results[1], F, G,
+    step_at(m, d_plus, x_lin, w_lin, dt, noise_scale, u, results[0], results[1], F, G,
             P_minus ? m->Q_entries : 0);
     if (!P_minus) return;
     if (!is_root(P_plus) && predict_covariance(m, F, P_plus, P_minus)) return;

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import casadi as ca
 import numpy as np
 
 from estimation.function_call import FunctionCall
 from estimation.kalman_stage import rows_present, without_gaps
-from estimation.symbolic_stage import residual_derivative, stacked_residual, step_derivatives
+from estimation.symbolic_stage import (
+    residual_derivative,
+    stacked_residual,
+    step_derivatives,
+    step_symbols,
+)
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
@@ -18,17 +25,22 @@ class Derivatives:
     def __init__(self, model: StateSpaceModel) -> None:
         self.model = model
         x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
-        y = ca.SX.sym("y", model.n_y)
-        _, F, G = step_derivatives(model, x, w, dt)
+        y, inputs = ca.SX.sym("y", model.n_row), step_symbols(model).values()
+        _, F, G = step_derivatives(model, x, w, dt, *inputs)
         H = residual_derivative(model, stacked_residual(model, y, x), x)
-        self._step = FunctionCall(ca.Function("step_derivatives", [x, w, dt], [F, G]))
+        self._step = FunctionCall(ca.Function("step_derivatives", [x, w, dt, *inputs], [F, G]))
         self._readings = FunctionCall(ca.Function("reading_derivatives", [x, y], [H]))
         self._no_noise = np.zeros(model.n_w)
 
-    def of_step(self, x: Array, dt: float) -> tuple[Array, Array]:
-        """Return F (n_x, n_x) and G (n_x, n_w) of a step of `dt` seconds at x, without noise."""
+    def of_step(self, x: Array, dt: float, inputs: Sequence[Array] = ()) -> tuple[Array, Array]:
+        """Return F (n_x, n_x) and G (n_x, n_w) of a step of `dt` seconds at x, without noise.
+
+        Parameters
+        ----------
+        inputs : (n_u,) at both ends of the step, where the model has some
+        """
         n_x, n_w = self.model.n_x, self.model.n_w
-        F, G = self._step(x, self._no_noise, dt)
+        F, G = self._step(x, self._no_noise, dt, *inputs)
         return F.reshape(n_x, n_x), G.reshape(n_x, n_w)
 
     def of_readings(self, x: Array, y: Array) -> Array:

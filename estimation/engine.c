@@ -51,9 +51,22 @@ static void retract(const Model *m, const real *x, const real *delta, real *move
     call(m, &m->retract, arguments, results);
 }
 
-/* Which rows have all readings they need, and readings with zero where there is none. */
+/* A measurement's row, readings and inputs behind them: an input that is missing is as it was
+ * `before`. */
+static const real *with_inputs(const Model *m, const real *before, const real *y)
+{
+    if (m->n_u == 0) return y;
+    copy(m->row, y, m->n_row);
+    for (integer i = 0; i < m->n_u; i++)
+        if (!isfinite(y[m->n_y + i])) m->row[m->n_y + i] = before[i];
+    return m->row;
+}
+
+/* Which rows have all readings they need, and readings with zero where there is none; the inputs
+ * stay behind them. */
 static void mark_present(const Model *m, const real *y, real *present, real *clean)
 {
+    copy(clean + m->n_y, y + m->n_y, m->n_u);
     for (integer i = 0; i < m->n_y; i++) clean[i] = isfinite(y[i]) ? y[i] : 0;
     for (integer row = 0; row < m->n_r; row++) {
         present[row] = 1;
@@ -132,11 +145,11 @@ static void report_late(const Model *m, const Result *r, real *result, real time
 /* A whole recording: the same step, n times. `memory` holds two states; returns which
  * of them is the last. */
 static int batch(step_function step, void *self, real *memory[2], integer n,
-                 const real *time, const real *y, integer n_y, real *results,
+                 const real *time, const real *y, integer n_row, real *results,
                  integer result_size)
 {
     int at = 0;
     for (integer k = 0; k < n; k++, at = !at)
-        step(self, memory[at], memory[!at], time[k], y + k * n_y, results + k * result_size);
+        step(self, memory[at], memory[!at], time[k], y + k * n_row, results + k * result_size);
     return at;
 }

@@ -29,7 +29,7 @@ class CompiledEngine:
 
     def __init__(self, model: StateSpaceModel, loop: Loop) -> None:
         self.memory, self.result = loop.memory, result_layout(model)
-        self._n_y, self._shape, self._given_shape = model.n_y, (model.n_y,), (loop.memory.size,)
+        self._model, self._shape, self._given_shape = model, (model.n_row,), (loop.memory.size,)
         self._machine = machine = Machine()
         described = machine.structure("Model", {**model_fields(model, loop), **kernel_fields()})
         offsets = {"memory": loop.memory.offsets(), "result": self.result.offsets()}
@@ -57,15 +57,16 @@ class CompiledEngine:
             and y.flags.c_contiguous
             and given.shape == self._given_shape
             and math.isfinite(time_s)
+            and not self._model.n_u
         ):
-            _, y = checked_input(self.memory, self._n_y, given, np.asarray(time_s), y)
+            _, y = checked_input(self.memory, self._model, given, np.asarray(time_s), y)
         memory, result = np.empty(self.memory.size), np.empty(self.result.size)
         self._step(self._self, address(given), address(memory), time_s, address(y), address(result))
         return memory, result
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Return the state after n measurements and what each step says, (n, result.size)."""
-        time_s, y = checked_input(self.memory, self._n_y, given, time_s, y)
+        time_s, y = checked_input(self.memory, self._model, given, time_s, y)
         n = len(time_s)
         both = [given.copy(), np.empty_like(given)]
         results = np.empty((n, self.result.size))

@@ -170,10 +170,11 @@ def remarks(
     Parameters
     ----------
     state : the estimate
-    y : (n_y,) the readings of the step
+    y : (n_row,) the readings of the step, and inputs behind them
     used : (n_r,) the rows of the residual that were used
     """
     status = Status.SOLVED if used[model.measured_rows].any() else Status.NO_READING
+    y = y[: model.n_y]
     if np.isinf(y).any():
         status |= Status.INFINITE_READING
     if (np.isfinite(y) & (np.abs(y) >= model.saturation)).any():

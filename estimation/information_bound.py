@@ -56,14 +56,16 @@ def information_bound(
     """
     stage, covariance, std = KalmanStage(model), model.prior.covariance, []
     jacobian = output_jacobian(model)
-    before: tuple[float, Array] | None = None
+    before: tuple[Measurement, Array] | None = None
     for measurement, x in zip(measurements, states, strict=True):
         if before is not None:
-            dt = measurement.time_s - before[0]
-            covariance = stage.predict(GaussianState(before[1], covariance), dt).state.covariance
+            dt = measurement.time_s - before[0].time_s
+            inputs = model.step_inputs(before[0].y, measurement.y)
+            known = GaussianState(before[1], covariance)
+            covariance = stage.predict(known, dt, inputs=inputs).state.covariance
         covariance = stage.update(GaussianState(x, covariance), measurement.y).state.covariance
         std.append(_std(jacobian(x).full(), covariance))
-        before = (measurement.time_s, x)
+        before = (measurement, x)
     names, first = outputs_of(model).names, jacobian(states[0]).full()
     return InformationBound(names, np.array(std), _std(first, model.prior.covariance))
 

@@ -20,11 +20,18 @@ class InterpretedStage:
         self._predict, self._update = FunctionCall(predict), FunctionCall(update)
 
     def predict(
-        self, deviation: Array, state: GaussianState, x: Array, w: Array, dt: float, scale: Array
+        self,
+        deviation: Array,
+        state: GaussianState,
+        x: Array,
+        w: Array,
+        dt: float,
+        scale: Array,
+        *inputs: Array,
     ) -> tuple[Array, Array, GaussianState, Array, Array]:
         """Return f(x̃, w̃), δ⁻, P⁻ around no mean yet, F (n_x, n_x) and G (n_x, n_w)."""
         n_x = self._model.n_x
-        found = self._predict(deviation, state.covariance, x, w, dt, scale)
+        found = self._predict(deviation, state.covariance, x, w, dt, scale, *inputs)
         reached, d_minus, P, F, G = found
         F, G, P = F.reshape(n_x, n_x), G.reshape(n_x, -1), P.reshape(n_x, n_x)
         grows = np.diag(P) > LOST * np.diag(state.covariance)

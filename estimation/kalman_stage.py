@@ -17,6 +17,7 @@ the pass stays the linear solve that it is.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -113,6 +114,8 @@ class KalmanStage:
         w_lin: Array | None = None,
         noise_scale: Array | None = None,
         deviation: Array | None = None,
+        *,
+        inputs: Sequence[Array] = (),
     ) -> Prediction:
         """Return x⁻, P⁻ after `dt` seconds, linearised at (x_lin, w_lin).
 
@@ -123,7 +126,16 @@ class KalmanStage:
         noise_scale : (n_w,) standard deviations of the noises; ones by default
         deviation : (n_x,) δ⁺ of the mean from x_lin, where it is known; it may be longer
             than the difference of two states can tell
+        inputs : (n_u,) at both ends of the step, where the model has some; see `step_inputs` of
+            `models.state_space.StateSpaceModel`
+
+        Raises
+        ------
+        ValueError
+            If the model has inputs and none are given, or the other way round.
         """
+        if bool(inputs) != bool(self.model.n_u):
+            raise ValueError(f"{len(inputs)} inputs, expected those of both ends of the step")
         reached, d_minus, known, F, G = self._made.predict(
             self._deviation(state.mean, x_lin) if deviation is None else deviation,
             state,
@@ -131,6 +143,7 @@ class KalmanStage:
             self._no_noise if w_lin is None else w_lin,
             dt,
             self._unit_noise if noise_scale is None else noise_scale,
+            *inputs,
         )
         predicted = replace(known, mean=self.retract(reached, d_minus))
         return Prediction(predicted, reached, d_minus, F, G)
@@ -154,7 +167,7 @@ class KalmanStage:
         x_lin: Array | None = None,
         deviation: Array | None = None,
     ) -> Update:
-        """Condition x⁻, P⁻ on stacked readings, NaN where missing, linearised at x_lin.
+        """Condition x⁻, P⁻ on a row of readings, NaN where missing, linearised at x_lin.
 
         Parameters
         ----------
@@ -184,11 +197,14 @@ def rows_present(model: StateSpaceModel, y: Array) -> NDArray[np.bool_]:
 
     A reading that is NaN, infinite or at its sensor's range limit counts as missing.
     """
-    usable = np.abs(y) < model.saturation
+    usable = np.abs(y[: model.n_y]) < model.saturation
     missing: NDArray[np.bool_] = model.row_needs @ ~usable
     return ~missing
 
 
 def without_gaps(y: Array) -> Array:
-    """Return readings (n_y,) with zero where there is none, as symbols need numbers."""
+    """Return a row with zero where there is no reading, as symbols need numbers.
+
+    Its inputs are all there: see `estimation.inputs`.
+    """
     return np.where(np.isfinite(y), y, 0.0)

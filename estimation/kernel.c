@@ -2,9 +2,9 @@
 
 void kernel_predict(const Model *m, const real *d_plus, const real *P_plus, const real *x_lin,
                     const real *w_lin, const real *dt, const real *noise_scale,
-                    real *const *results)
+                    const real *const *u, real *const *results)
 {
-    predict(m, d_plus, P_plus, x_lin, w_lin, dt, noise_scale, results);
+    predict(m, d_plus, P_plus, x_lin, w_lin, dt, noise_scale, u, results);
 }
 
 void kernel_update(const Model *m, const real *d_minus, const real *P_minus, const real *x_lin,

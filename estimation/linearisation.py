@@ -1,8 +1,10 @@
 """A model linearised, as loops in C call it: generated functions, and where their numbers stand.
 
-    transition:  (x̃, w̃, Δt, D) → f(x̃, w̃), F, G, Q = G D² Gᵀ,   readings:  (x̃, y) → residual, H
+    transition:  (x̃, w̃, Δt, D, u, u⁺) → f(x̃, w̃), F, G, Q = G D² Gᵀ
+    readings:    (x̃, y) → residual, H
 
 with F, G and H derivatives along the tangent space at (x̃, w̃), all that CasADi writes of a stage.
+A model with known inputs has those at both ends of a step, u and u⁺; they end y, too.
 The algebra behind them is plain C: estimation/covariance_stage.c and estimation/root_stage.c.
 """
 
@@ -20,6 +22,7 @@ from estimation.symbolic_stage import (
     residual_derivative,
     stacked_residual,
     step_derivatives,
+    step_symbols,
     unit_diagonal,
 )
 from models.state_space import StateSpaceModel
@@ -28,34 +31,36 @@ TRANSITION, READINGS = "transition", "readings"
 
 
 def transition_function(model: StateSpaceModel) -> ca.Function:
-    """Return (x̃ (n_x,), w̃ (n_w,), Δt, diagonal of D (n_w,)) → (f(x̃, w̃), Fᵀ, G, Q), all sparse.
+    """Return (x̃ (n_x,), w̃ (n_w,), Δt, diagonal of D (n_w,), …) → (f(x̃, w̃), Fᵀ, G, Q), all sparse.
 
     C reads a matrix's nonzeros in the order in which it sums: F row by row, and G column by column.
     Of F those ones are left out that stand on its diagonal whatever the state (`unit_diagonal`
-    of `estimation.symbolic_stage`). Of Q, which is symmetric, there is the lower triangle.
+    of `estimation.symbolic_stage`). Of Q, which is symmetric, there is the lower triangle. Behind
+    D stand the inputs, as of `step_symbols` there.
     """
     x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
     noise_scale = ca.SX.sym("noise_scale", model.n_w)
-    reached, F, G = step_derivatives(model, x, w, dt)
+    inputs = step_symbols(model)
+    reached, F, G = step_derivatives(model, x, w, dt, *inputs.values())
     GD = G @ ca.diag(noise_scale)
     return ca.Function(
         TRANSITION,
-        [x, w, dt, noise_scale],
+        [x, w, dt, noise_scale, *inputs.values()],
         [
             ca.densify(reached),
             ca.sparsify(F - ca.diag(ca.DM(unit_diagonal(model)))).T,
             G,
             ca.tril(GD @ GD.T),
         ],
-        ["x", "w", "dt", "noise_scale"],
+        ["x", "w", "dt", "noise_scale", *inputs],
         ["reached", "F_rows", "G", "Q"],
         {"cse": True},
     )
 
 
 def readings_function(model: StateSpaceModel) -> ca.Function:
-    """Return (x̃ (n_x,), y (n_y,)) → (residual(y, x̃) (n_r,), Hᵀ), all rows as if present."""
-    x, y = ca.SX.sym("x", model.n_x), ca.SX.sym("y", model.n_y)
+    """Return (x̃ (n_x,), y (n_row,)) → (residual(y, x̃) (n_r,), Hᵀ), all rows as if present."""
+    x, y = ca.SX.sym("x", model.n_x), ca.SX.sym("y", model.n_row)
     residual = stacked_residual(model, y, x)
     H = residual_derivative(model, residual, x)
     return ca.Function(

@@ -4,12 +4,12 @@
  * estimation/arrays.c. */
 
 /* f(x, w) in `reached`, F, G, the entries of Q, and d- = F d+ - G w; a result that is not wanted
- * is 0. */
+ * is 0. `u`: the inputs at both ends of the step, which a model without inputs does not look at. */
 static void step_at(const Model *m, const real *d_plus, const real *x_lin, const real *w_lin,
-                    const real *dt, const real *noise_scale, real *reached, real *d_minus, real *F,
-                    real *G, real *Q)
+                    const real *dt, const real *noise_scale, const real *const *u, real *reached,
+                    real *d_minus, real *F, real *G, real *Q)
 {
-    const real *arguments[] = {x_lin, w_lin, dt, noise_scale};
+    const real *arguments[] = {x_lin, w_lin, dt, noise_scale, u[0], u[1]};
     real *results[] = {reached, F, G, Q};
     call(m, &m->transition, arguments, results);
     if (!d_minus) return;

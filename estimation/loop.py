@@ -84,10 +84,11 @@ def model_fields(model: StateSpaceModel, loop: Loop, *, form: str = "covariance"
     functions = [function for group in loop.functions for function in group]
     calling = [function for function in functions if not is_plain(function)]
     return {
-        **{name: getattr(model, name) for name in ("n_x", "n_w", "n_y", "n_r")},
+        **{name: getattr(model, name) for name in ("n_x", "n_w", "n_y", "n_u", "n_row", "n_r")},
         "n_sensors": len(model.sensors),
         "stride": stride(model.n_x),
         "n_P": stride(model.n_x) ** 2,
+        "row": np.zeros(model.n_row),
         "saturation": model.saturation,
         "reach": None if model.reach is None else np.asarray(model.reach, dtype=float),
         "regularity_limit": REGULARITY_LIMIT,

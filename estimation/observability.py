@@ -155,7 +155,8 @@ def observability_matrix(
     for k, (measurement, x) in enumerate(zip(measurements, states, strict=True)):
         if k:
             dt = measurement.time_s - measurements[k - 1].time_s
-            Phi = at.of_step(states[k - 1], dt)[0] @ Phi
+            inputs = model.step_inputs(measurements[k - 1].y, measurement.y)
+            Phi = at.of_step(states[k - 1], dt, inputs)[0] @ Phi
         H = at.of_readings(x, measurement.y)
         rows.append((H / model.noise_std[:, None]) @ Phi * D)
     return np.vstack(rows)
@@ -251,18 +252,27 @@ def _joined(basis: Array, symmetric: Array, constant_rows: Array) -> Array:
 
 
 def free_motion(
-    model: StateSpaceModel, x: Array, *, duration_s: float = FREE_S, steps: int = 50
+    model: StateSpaceModel,
+    x: Array,
+    *,
+    duration_s: float = FREE_S,
+    steps: int = 50,
+    inputs: Array | None = None,
 ) -> tuple[list[Measurement], Array]:
     """Return the readings without noise and the states (n, n_x) of a motion that runs freely.
 
     x_{k+1} = f(x_k, 0, Δt): nothing but the model drives it. Every sensor reads at every step,
-    but nothing says that the body rests.
+    but nothing says that the body rests. Inputs (n_u,) stay what they are, zero by default.
     """
     states, no_noise, dt = [x], np.zeros(model.n_w), duration_s / steps
+    u = np.zeros(model.n_u) if inputs is None else inputs
+    held = (u, u) if model.n_u else ()
     for _ in range(steps):
-        states.append(model.f(states[-1], no_noise, dt).full().ravel())
+        states.append(model.f(states[-1], no_noise, dt, *held).full().ravel())
+    named = dict(zip(model.input_names, u, strict=True))
+    read = [sensor for sensor in model.sensors if sensor.rest is None]
     readings = [
-        model.stack({s.name: s.h(x).full().ravel() for s in model.sensors if s.rest is None})
+        model.stack({s.name: s.h(x, *s.inputs_of(u)).full().ravel() for s in read}, named)
         for x in states
     ]
     times = dt * np.arange(steps + 1)
@@ -277,9 +287,9 @@ def verdict(model: StateSpaceModel, measurements: Sequence[Measurement], states:
     """
     starts = np.linspace(0, len(states) - 1, FREE_STARTS).astype(int)
     at = Derivatives(model)
-    candidates = [
-        observability(model, *free_motion(model, states[i]), derivatives=at) for i in starts
-    ]
+    inputs = [measurements[i].y[model.n_y :] for i in starts]
+    motions = [free_motion(model, states[i], inputs=u) for i, u in zip(starts, inputs, strict=True)]
+    candidates = [observability(model, *motion, derivatives=at) for motion in motions]
     return Verdict(
         max(candidates, key=lambda found: found.rank),
         information_bound(model, measurements, states),

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from estimation.input_columns import check_inputs, held
+from estimation.truth import Truth as Truth  # many take both from here
 from models.arrays import Array
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
@@ -15,49 +17,17 @@ from models.names import expected_one_of
 from models.state_space import StateSpaceModel
 from models.units import TIME_DIGITS
 
-TRUTH_TOLERANCE_S = 1e-6
-"""How far from an instant the truth may be given to count as its truth."""
-
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """All readings of one instant: time (s) and stacked readings y (n_y,), NaN = missing."""
+    """All that is known of one instant: time (s) and stacked readings y (n_row,), NaN = missing.
+
+    Behind its n_y readings stand the inputs of a model that has some: see `stack` of
+    `models.state_space.StateSpaceModel`. An input that is missing is as it was before.
+    """
 
     time_s: float
     y: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Truth:
-    """True states: times (n,), the names of the states and their values (n, k)."""
-
-    time_s: Array
-    names: tuple[str, ...]
-    values: Array
-
-    def states(self, names: Sequence[str], time_s: Array) -> Array:
-        """Return true states (m, len(names)) at given instants, NaN for states it has not.
-
-        Raises
-        ------
-        InputError
-            If the truth is not given at one of the instants.
-        """
-        rows = np.minimum(np.searchsorted(self.time_s, time_s), len(self.time_s) - 1)
-        before = np.maximum(rows - 1, 0)
-        nearer = np.abs(self.time_s[before] - time_s) < np.abs(self.time_s[rows] - time_s)
-        rows = np.where(nearer, before, rows)
-        away = np.abs(self.time_s[rows] - time_s)
-        if (away > TRUTH_TOLERANCE_S).any():
-            raise InputError(
-                f"no truth at {time_s[int(np.argmax(away))]:g} s, "
-                "expected it at every instant of the estimates"
-            )
-        states = np.full((len(time_s), len(names)), np.nan)
-        for column, name in enumerate(names):
-            if name in self.names:
-                states[:, column] = self.values[rows, self.names.index(name)]
-        return states
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,20 +40,25 @@ class Recording:
     time_s : (n,) strictly increasing, s
     readings : sensor name → (n, n_y) in SI, NaN where the sensor has no reading
     truth : true states, where known; no estimator is given them
+    inputs : name → (n,) known inputs of a model of one's own, in its unit, NaN where one is as it
+        was before
 
     Raises
     ------
     InputError
-        If it is empty, times do not increase, or readings have another shape or are infinite.
+        If it is empty, times do not increase, or readings or inputs have another shape or are
+        infinite.
     """
 
     name: str
     time_s: Array
     readings: Mapping[str, Array]
     truth: Truth | None = None
+    inputs: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "readings", FrozenMapping(self.readings))
+        object.__setattr__(self, "inputs", FrozenMapping(self.inputs))
         if len(self.time_s) == 0:
             raise InputError(f"recording {self.name} is empty, expected at least one sample")
         if not np.isfinite(self.time_s).all():
@@ -108,6 +83,7 @@ class Recording:
                     f"recording {self.name}: {sensor} in row {row} is infinite, "
                     "expected a number, or NaN where there is no reading"
                 )
+        check_inputs(self.name, self.time_s, self.inputs)
 
     @classmethod
     def from_sensors(
@@ -116,18 +92,27 @@ class Recording:
         sensors: Mapping[str, tuple[Array, Array]],
         *,
         truth: Truth | None = None,
+        inputs: Mapping[str, tuple[Array, Array]] | None = None,
     ) -> Recording:
         """Merge sensors with time stamps of their own; no reading moves in time.
 
         Parameters
         ----------
         sensors : name → (times (n,) s, values (n, n_y) SI)
+        inputs : name → (times (n,) s, values (n,)) of known inputs, held until the next time
 
         Raises
         ------
         InputError
-            If a sensor has two readings at one time.
+            If a sensor has two readings, or an input two values, at one time.
         """
+        given = {name: (times, values[:, None]) for name, (times, values) in (inputs or {}).items()}
+        both = [name for name in given if name in sensors]
+        if both:
+            raise InputError(
+                f"recording {name}: {both[0]} is a sensor and an input, expected two names"
+            )
+        sensors = {**sensors, **given}
         for sensor, (times, values) in sensors.items():
             if values.ndim != 2 or len(values) != len(times):
                 raise InputError(
@@ -148,14 +133,16 @@ class Recording:
             merged = np.full((len(time_s), values.shape[1]), np.nan)
             merged[np.searchsorted(time_s, times)] = values
             readings[sensor] = merged
-        return cls(name, time_s, readings, truth)
+        held = {name: readings.pop(name)[:, 0] for name in given}
+        return cls(name, time_s, readings, truth, held)
 
     def __repr__(self) -> str:
         counts = ", ".join(f"{name} {len(self.sensor(name)[0])}" for name in self.readings)
+        inputs = f", inputs: {', '.join(self.inputs)}" if self.inputs else ""
         truth = "" if self.truth is None else f", truth of {len(self.truth.names)} states"
         return (
             f"<Recording {self.name}: {self.time_s[0]:g} s to {self.time_s[-1]:g} s, "
-            f"readings: {counts}{truth}>"
+            f"readings: {counts}{inputs}{truth}>"
         )
 
     def sensor(self, name: str) -> tuple[Array, Array]:
@@ -175,17 +162,22 @@ class Recording:
         return self.time_s[present], self.readings[name][present]
 
     def select(self, sensors: Sequence[str]) -> Recording:
-        """Return a recording of some sensors only, without instants left empty."""
-        return self.from_sensors(
-            self.name, {sensor: self.sensor(sensor) for sensor in sensors}, truth=self.truth
-        )
+        """Return a recording of some sensors and all inputs, without instants left empty."""
+        parts = {sensor: self.sensor(sensor) for sensor in sensors}
+        return self._of(parts)
 
     def subsampled(self, sensor: str, every: int, phase: int) -> Recording:
         """Return a recording that keeps a sensor's readings number phase, phase + every, …"""
         parts = {name: self.sensor(name) for name in self.readings}
         times, values = self.sensor(sensor)
         parts[sensor] = (times[phase::every], values[phase::every])
-        return self.from_sensors(self.name, parts, truth=self.truth)
+        return self._of(parts)
+
+    def _of(self, sensors: Mapping[str, tuple[Array, Array]]) -> Recording:
+        """Return a recording of given sensors, with the truth and the inputs of this one."""
+        given = {name: ~np.isnan(values) for name, values in self.inputs.items()}
+        inputs = {name: (self.time_s[at], self.inputs[name][at]) for name, at in given.items()}
+        return self.from_sensors(self.name, sensors, truth=self.truth, inputs=inputs)
 
     def first(self, duration_s: float) -> Recording:
         """Return the first `duration_s` seconds."""
@@ -194,6 +186,7 @@ class Recording:
             self,
             time_s=self.time_s[kept],
             readings={name: values[kept] for name, values in self.readings.items()},
+            inputs={name: values[kept] for name, values in self.inputs.items()},
         )
 
     def stacked(self, model: StateSpaceModel) -> tuple[Array, Array]:
@@ -205,14 +198,14 @@ class Recording:
 
         Returns
         -------
-        times (n,) in s, stacked readings y (n, n_y) in the model's order and units, NaN
-        where there is none
+        times (n,) in s, stacked readings y (n, n_row) in the model's order and units, NaN
+        where there is none; behind them the model's inputs, held where they are missing
 
         Raises
         ------
         InputError
-            If the recording lacks one of the model's sensors, or one has another number
-            of columns.
+            If the recording lacks one of the model's sensors or inputs, a sensor has another
+            number of columns, or an input is not known from the first instant on.
         """
         own = [s for s in model.sensors if s.rest is not None and s.name in self.readings]
         for sensor in (*model.measured_sensors, *own):
@@ -227,7 +220,7 @@ class Recording:
         constant = model.stack(
             {s.name: s.constant_reading for s in model.sensors if s.constant_reading is not None}
         )
-        y = np.full((len(self.time_s), model.n_y), np.nan)
+        y = np.full((len(self.time_s), model.n_row), np.nan)
         start = 0
         for sensor in model.sensors:
             columns = slice(start, start + sensor.n_y)
@@ -236,6 +229,8 @@ class Recording:
             elif sensor.name in self.readings:  # rest, where an IMU tells it
                 y[:, columns] = self.readings[sensor.name]
             start += sensor.n_y
+        for i, name in enumerate(model.input_names, model.n_y):
+            y[:, i] = held(self.name, self.time_s, self.inputs, name)
         return np.asarray(self.time_s, dtype=float), y
 
     def measurements(self, model: StateSpaceModel) -> Iterator[Measurement]:

@@ -150,7 +150,7 @@ static const real *with_rest(const Model *m, const Rest *r, const Memory *at, co
     int turns = 0;
     copy(memory + at->rest_told, given + at->rest_told, REST_END(r, at) - at->rest_told);
     memory[at->rest_ago] += dt;
-    copy(r->y, y, m->n_y);
+    copy(r->y, y, m->n_row);
     const int still = rest_take(m, r, at, memory, dt, y);
     for (integer i = 0; i < r->count; i++)
         if (isfinite(y[r->first + i])) memory[at->rest_told] = 1;

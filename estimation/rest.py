@@ -182,7 +182,7 @@ def rest_fields(model: StateSpaceModel) -> dict[str, Any]:
             **{name: np.zeros(n) for name in ("number", "mean")},
             "turn": np.zeros(len(axes.largest_square)),
             "apart": np.zeros(len(axes.largest_square)),
-            "y": np.zeros(model.n_y),
+            "y": np.zeros(model.n_row),
         }
     }
 

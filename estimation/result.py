@@ -9,6 +9,7 @@ import numpy as np
 from estimation.covariances import Covariances
 from estimation.estimate import Estimate, EstimateHistory, Window
 from estimation.innovations import innovation_std, row_sets, squared_innovations
+from estimation.inputs import with_inputs
 from estimation.kalman_stage import Update
 from estimation.layout import Layout
 from estimation.outputs import Derived, derived_outputs
@@ -33,15 +34,15 @@ class Engine(Protocol):
 
 
 def checked_input(
-    memory: Layout, n_y: int, given: Array, time_s: Array, y: Array
+    memory: Layout, model: StateSpaceModel, given: Array, time_s: Array, y: Array
 ) -> tuple[Array, Array]:
-    """Return times, () or (n,), and readings, (n_y,) or (n, n_y), as C wants them.
+    """Return times, () or (n,), and rows, (n_row,) or (n, n_row), as C wants them.
 
     Raises
     ------
     InputError
-        If the state `given` is another estimator's, a shape disagrees, or a time is not
-        finite.
+        If the state `given` is another estimator's, a shape disagrees, a time is not
+        finite, or an input is missing that the state does not know.
     """
     if given.shape != (memory.size,):
         raise InputError(
@@ -50,11 +51,14 @@ def checked_input(
         )
     if time_s.ndim > 1:
         raise InputError(f"times have shape {time_s.shape}, expected (n,)")
-    if y.shape != (*time_s.shape, n_y):
-        raise InputError(f"readings have shape {y.shape}, expected {(*time_s.shape, n_y)}")
+    if y.shape != (*time_s.shape, model.n_row):
+        what = "readings and inputs" if model.n_u else "readings"
+        raise InputError(f"{what} have shape {y.shape}, expected {(*time_s.shape, model.n_row)}")
     wrong = ~np.isfinite(time_s)
     if wrong.any():
         raise InputError(f"the time of a measurement is {time_s[wrong][0]}, expected a number")
+    if model.n_u and len(rows := np.atleast_2d(y)):
+        with_inputs(model, memory.view(given, "inputs"), rows[0])
     return np.require(time_s, np.float64, "C"), np.require(y, np.float64, "C")
 
 
@@ -193,9 +197,11 @@ def report(
     return result
 
 
-def stepped(engine: Engine, n_y: int, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
+def stepped(
+    engine: Engine, model: StateSpaceModel, given: Array, time_s: Array, y: Array
+) -> tuple[Array, Array]:
     """Return the state after n steps of an interpreted engine and what each says."""
-    time_s, y = checked_input(engine.memory, n_y, given, time_s, y)
+    time_s, y = checked_input(engine.memory, model, given, time_s, y)
     results, memory = np.empty((len(time_s), engine.result.size)), given.copy()
     for k, t in enumerate(time_s):
         memory, results[k] = engine.step(memory, float(t), y[k])

@@ -2,10 +2,11 @@
  * Behind estimation/root_stage.c. */
 
 static void predict(const Model *m, const real *d_plus, const real *S_plus, const real *x_lin,
-                    const real *w_lin, const real *dt, const real *noise_scale, real *const *results)
+                    const real *w_lin, const real *dt, const real *noise_scale,
+                    const real *const *u, real *const *results)
 {
     real *F = results[3] ? results[3] : m->F, *G = results[4] ? results[4] : m->G;
-    step_at(m, d_plus, x_lin, w_lin, dt, noise_scale, results[0], results[1], F, G, 0);
+    step_at(m, d_plus, x_lin, w_lin, dt, noise_scale, u, results[0], results[1], F, G, 0);
     if (results[2]) predict_root(m, F, G, S_plus, noise_scale, results[2]);
 }
 

@@ -20,7 +20,7 @@ def _symmetric(matrix: ca.SX) -> ca.SX:
 def predict_function(model: StateSpaceModel) -> ca.Function:
     """Return the symbolic predict stage of a model.
 
-    (δ⁺ (n_x,), P⁺ (n_x, n_x), x̃ (n_x,), w̃ (n_w,), Δt, diagonal of D (n_w,))
+    (δ⁺ (n_x,), P⁺ (n_x, n_x), x̃ (n_x,), w̃ (n_w,), Δt, diagonal of D (n_w,), `step_symbols`)
     → (f(x̃, w̃), δ⁻, P⁻, F, G); F and G are sparse.
     """
     n_x, n_w = model.n_x, model.n_w
@@ -28,26 +28,38 @@ def predict_function(model: StateSpaceModel) -> ca.Function:
     w_lin, dt = ca.SX.sym("w_lin", n_w), ca.SX.sym("dt")
     P_plus, noise_scale = ca.SX.sym("P_plus", n_x, n_x), ca.SX.sym("noise_scale", n_w)
 
-    reached, F, G = step_derivatives(model, x_lin, w_lin, dt)
+    inputs = step_symbols(model)
+    reached, F, G = step_derivatives(model, x_lin, w_lin, dt, *inputs.values())
     d_minus = in_order.less(in_order.product(F, d_plus), G, w_lin)
     GD = G @ ca.diag(noise_scale)
     half = in_order.product(F, _symmetric(P_plus))
     P_minus = in_order.product(F, half.T, more=_symmetric(GD @ GD.T))
     return ca.Function(
         "predict",
-        [d_plus, P_plus, x_lin, w_lin, dt, noise_scale],
+        [d_plus, P_plus, x_lin, w_lin, dt, noise_scale, *inputs.values()],
         [*(ca.densify(value) for value in (reached, d_minus, P_minus)), F, G],
-        ["d_plus", "P_plus", "x_lin", "w_lin", "dt", "noise_scale"],
+        ["d_plus", "P_plus", "x_lin", "w_lin", "dt", "noise_scale", *inputs],
         ["reached", "d_minus", "P_minus", "F", "G"],
         {"cse": True},
     )
 
 
+def step_symbols(model: StateSpaceModel) -> dict[str, ca.SX]:
+    """Return name → symbol (n_u,) of the inputs at both ends of a step; none without inputs."""
+    names = ("u", "u_next") if model.n_u else ()
+    return {name: ca.SX.sym(name, model.n_u) for name in names}
+
+
 def step_derivatives(
-    model: StateSpaceModel, x: ca.SX, w: ca.SX, dt: ca.SX
+    model: StateSpaceModel, x: ca.SX, w: ca.SX, dt: ca.SX, *inputs: ca.SX
 ) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Return f(x, w), F (n_x, n_x) and G (n_x, n_w) along the tangent spaces; sparse."""
-    reached = model.f(x, w, dt)
+    """Return f(x, w), F (n_x, n_x) and G (n_x, n_w) along the tangent spaces; sparse.
+
+    Parameters
+    ----------
+    inputs : as of `step_symbols`
+    """
+    reached = model.f(x, w, dt, *inputs)
     out = difference_jacobian(model, reached)
     F = out @ ca.jacobian(reached, x) @ retract_jacobian(model, x)
     return reached, F, out @ ca.jacobian(reached, w)
@@ -57,7 +69,8 @@ def step_derivatives(
 def unit_diagonal(model: StateSpaceModel) -> tuple[int, ...]:
     """Return 1 for each row (n_x) of F whose diagonal is the number one at every state, else 0."""
     x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
-    return tuple(in_order.unit_rows(step_derivatives(model, x, w, dt)[1]))
+    inputs = step_symbols(model).values()
+    return tuple(in_order.unit_rows(step_derivatives(model, x, w, dt, *inputs)[1]))
 
 
 def residual_derivative(model: StateSpaceModel, residual: ca.SX, x: ca.SX) -> ca.SX:
@@ -80,10 +93,11 @@ def difference_jacobian(model: StateSpaceModel, x: ca.SX) -> ca.SX:
 
 
 def stacked_residual(model: StateSpaceModel, y: ca.SX, x: ca.SX) -> ca.SX:
-    """Return the residuals (n_r,) of all sensors for stacked readings y (n_y,)."""
-    rows, start = [ca.SX(0, 1)], 0
+    """Return the residuals (n_r,) of all sensors for a row y (n_row,) of readings and inputs."""
+    rows, start, u = [ca.SX(0, 1)], 0, y[model.n_y :]
     for sensor in model.sensors:
-        rows.append(sensor.residual(y[start : start + sensor.n_y], x))
+        readings = y[start : start + sensor.n_y]
+        rows.append(sensor.residual(readings, x, *sensor.inputs_of(u)))
         start += sensor.n_y
     return ca.vertcat(*rows)
 
@@ -92,14 +106,14 @@ def stacked_residual(model: StateSpaceModel, y: ca.SX, x: ca.SX) -> ca.SX:
 def update_function(model: StateSpaceModel) -> ca.Function:
     """Return the symbolic update stage of a model.
 
-    (δ⁻, P⁻, x̃, y (n_y,), present (n_r,)) → (δ⁺, P⁺, v, S, W, e, H, L); `present` is
+    (δ⁻, P⁻, x̃, y (n_row,), present (n_r,)) → (δ⁺, P⁺, v, S, W, e, H, L); `present` is
     1 for rows that have a reading and 0 for missing ones, whose y must be finite. H
     and L are sparse.
     """
     n_x = model.n_x
     d_minus, x_lin = ca.SX.sym("d_minus", n_x), ca.SX.sym("x_lin", n_x)
     P_minus = ca.SX.sym("P_minus", n_x, n_x)
-    y, present = ca.SX.sym("y", model.n_y), ca.SX.sym("present", model.n_r)
+    y, present = ca.SX.sym("y", model.n_row), ca.SX.sym("present", model.n_r)
 
     residual = stacked_residual(model, y, x_lin)
     H = present * residual_derivative(model, residual, x_lin)

@@ -85,14 +85,18 @@ def _constant(stage: KalmanStage, slide: Slide) -> GaussianState:
 def _filtered(stage: KalmanStage, slide: Slide) -> GaussianState:
     updated = stage.update(slide.prior, slide.dropped.y, slide.row_scale)
     dt = slide.first.time_s - slide.dropped.time_s
-    return stage.predict(updated.state, dt, noise_scale=slide.noise_scale).state
+    inputs = stage.model.step_inputs(slide.dropped.y, slide.first.y)
+    scale = slide.noise_scale
+    return stage.predict(updated.state, dt, noise_scale=scale, inputs=inputs).state
 
 
 def _smoothed(stage: KalmanStage, slide: Slide) -> GaussianState:
     x, w = slide.trajectory.states[0], slide.trajectory.noises[0]
     updated = stage.update(slide.prior, slide.dropped.y, slide.row_scale, x_lin=x)
     dt = slide.first.time_s - slide.dropped.time_s
-    return stage.predict(updated.state, dt, x, w, slide.noise_scale, updated.deviation).state
+    inputs = stage.model.step_inputs(slide.dropped.y, slide.first.y)
+    at = x, w, slide.noise_scale, updated.deviation
+    return stage.predict(updated.state, dt, *at, inputs=inputs).state
 
 
 ARRIVAL_COSTS: Mapping[str, ArrivalCost] = MappingProxyType(

@@ -61,12 +61,12 @@ def needs(model: StateSpaceModel) -> NDArray[np.bool_]:
 
 
 def demanded(model: StateSpaceModel, y: Array) -> NDArray[np.bool_]:
-    """Return which rows (n_c,) an instant with readings y (n_y,), NaN = missing, demands."""
-    missing: NDArray[np.bool_] = needs(model) @ ~np.isfinite(y)
+    """Return which rows (n_c,) an instant with readings y (n_row,), NaN = missing, demands."""
+    missing: NDArray[np.bool_] = needs(model) @ ~np.isfinite(y[: model.n_y])
     return ~missing
 
 
 def inequality_demanded(model: StateSpaceModel, y: Array) -> NDArray[np.bool_]:
     """Return the last part of `demanded`: rows (n_g,) of the inequality, not of the bounds."""
-    missing: NDArray[np.bool_] = model.inequality_needs @ ~np.isfinite(y)
+    missing: NDArray[np.bool_] = model.inequality_needs @ ~np.isfinite(y[: model.n_y])
     return ~missing

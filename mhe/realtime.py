@@ -27,6 +27,7 @@ import numpy as np
 from estimation.chosen import chosen
 from estimation.collect import Batches
 from estimation.estimate import Estimate, EstimateHistory, Window
+from estimation.inputs import all_with_inputs
 from estimation.recording import Measurement
 from estimation.result import ResultReader
 from estimation.settings import checked_config
@@ -93,7 +94,7 @@ class WindowLoop:
 
         Parameters
         ----------
-        time_s, y : (n,), (n, n_y), as of `estimation.recording.Recording.stacked`
+        time_s, y : (n,), (n, n_row), as of `estimation.recording.Recording.stacked`
         covariances, on_progress : see `estimation.estimator.run`
         """
         memory, history = self._batches.take(state.memory, time_s, y, covariances, on_progress)
@@ -135,9 +136,8 @@ class WindowLoop:
             raise InputError(
                 f"a window of {count} measurements, expected 1 to {self.config.horizon + 1}"
             )
-        memory = packed_window(
-            self.model, self.config.horizon + 1, prior, measurements, guess
-        ).memory
+        rows = all_with_inputs(self.model, measurements)
+        memory = packed_window(self.model, self.config.horizon + 1, prior, rows, guess).memory
         memory, result = self._engine.solve(memory)
         if self._fallback.is_needed(self._reader.status_of(result)):
             memory, result = self._fallback.solve(memory, result)

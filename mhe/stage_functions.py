@@ -33,6 +33,7 @@ from estimation.symbolic_stage import (
     difference_function,
     difference_jacobian,
     stacked_residual,
+    step_symbols,
     unit_diagonal,
 )
 from mhe.constraint_rows import constrain_function
@@ -98,7 +99,7 @@ def judge_function(model: StateSpaceModel) -> ca.Function:
 
     ``max |r(x) / σ - expected|`` over the rows present, of a stage's ``smooth`` and its estimate x.
     """
-    x, y = ca.SX.sym("x", model.n_x), ca.SX.sym("y", model.n_y)
+    x, y = ca.SX.sym("x", model.n_x), ca.SX.sym("y", model.n_row)
     present = ca.SX.sym("present", model.n_r)
     expected = ca.SX.sym("expected", model.n_r)
     off = ca.fabs(present * (stacked_residual(model, y, x) / model.noise_std - expected))
@@ -137,7 +138,7 @@ def absorb_function(model: StateSpaceModel, update: ca.Function) -> ca.Function:
 
 def measure_function(model: StateSpaceModel) -> ca.Function:
     """Return (x, y, present, thresholds (n_sensors,)) → (row scale (n_r,), cost)."""
-    x, y = ca.SX.sym("x", model.n_x), ca.SX.sym("y", model.n_y)
+    x, y = ca.SX.sym("x", model.n_x), ca.SX.sym("y", model.n_row)
     present = ca.SX.sym("present", model.n_r)
     threshold = ca.SX.sym("threshold", len(model.sensors))
     r = present * stacked_residual(model, y, x) / model.noise_std
@@ -192,13 +193,15 @@ def pass_functions(
 def window_functions(model: StateSpaceModel) -> list[ca.Function]:
     """Return what a window needs of its model beside its stage."""
     x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
-    reached = model.retract(model.f(x, w, dt), ca.SX.zeros(model.n_x))  # angles within a turn
+    inputs = step_symbols(model)
+    reached = model.f(x, w, dt, *inputs.values())
+    reached = model.retract(reached, ca.SX.zeros(model.n_x))  # angles within a turn
     return [
         constrain_function(model),
         measure_function(model),
         shake_function(model),
         judge_function(model),
-        _function("move", {"x": x, "w": w, "dt": dt}, reached=reached),
+        _function("move", {"x": x, "w": w, "dt": dt, **inputs}, reached=reached),
         difference_function(model),
     ]
 

@@ -24,7 +24,7 @@ class Weights:
         self._shake = FunctionCall(shake_function(model))
 
     def readings(self, x: Array, y: Array) -> tuple[Array, float]:
-        """Return the scales (n_r,) of readings y (n_y,) at x, NaN where missing, and their cost."""
+        """Return the scales (n_r,) of readings y (n_row,) at x, NaN where missing, and cost."""
         present = rows_present(self._model, y)
         rows, cost = self._measure(x, without_gaps(y), present, self._thresholds)
         return rows, float(cost[0])

@@ -39,7 +39,8 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
     readings would have moved it, ``length`` its share of the squared length of the last step;
     the first ``stayed`` stages have the factors that they were smoothed with.
     ``prior_deviation`` is that of the prior's mean from ``x_lin``, ``predicted`` x_k|k-1 of each
-    stage when it was the newest, ``newest_mean`` and ``newest_covariance`` the last estimate.
+    stage when it was the newest, ``newest_mean`` and ``newest_covariance`` the last estimate,
+    ``inputs`` the last known ones, NaN before the first measurement.
     """
     n_x, n_w, n_c = model.n_x, model.n_w, constraint_rows.count(model)
     row = stride(n_x)
@@ -48,7 +49,7 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
         {
             "count": (),
             "times": (n_stages,),
-            "y": (n_stages, model.n_y),
+            "y": (n_stages, model.n_row),
             "present": (n_stages, model.n_r),
             "x": (n_stages, n_x),
             "w": (n_stages - 1, n_w),
@@ -67,6 +68,7 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
             "prior_deviation": (n_x,),
             "newest_mean": (n_x,),
             "newest_covariance": (row, row),
+            "inputs": (model.n_u,),
             **rest_blocks(model),
         },
     )
@@ -108,6 +110,7 @@ def packed_window(
         "prior_deviation": -np.asarray(model.difference(states[0], prior.mean)).ravel(),
         "newest_mean": states[-1],
         "newest_covariance": stored(prior),
+        "inputs": measurements[-1].y[model.n_y :],
     }
     for block, value in whole.items():
         layout.view(memory, block)[...] = value
@@ -124,6 +127,7 @@ def first_window(
     if config.arrival_cost == "none":
         prior = diffuse(prior)
     state = np.zeros(memory.size)
+    memory.view(state, "inputs")[:] = np.nan
     for part in ("prior", "newest"):
         put(memory, state, part, prior)
     return WindowState(state)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,8 +14,25 @@ from models.names import expected_one_of
 from models.sensor_model import SensorModel
 
 
+def input_sizes(
+    what: str, function: ca.Function, first: int, expected: Sequence[int]
+) -> dict[str, tuple[int, int]]:
+    """Return the sizes, as `check_sizes` takes them, of a function's arguments from `first` on."""
+    found = [function.numel_in(i) for i in range(first, function.n_in())]
+    sizes = {f"{what}'s inputs": (len(found), len(expected))}
+    if len(found) == len(expected):
+        pairs = enumerate(zip(found, expected, strict=True), 1)
+        sizes |= {f"{what}'s input {i}": pair for i, pair in pairs}
+    return sizes
+
+
 def check_sizes(
-    model: str, sizes: Mapping[str, tuple[int, int]], sensors: Iterable[SensorModel], n_x: int
+    model: str,
+    sizes: Mapping[str, tuple[int, int]],
+    sensors: Iterable[SensorModel],
+    n_x: int,
+    *,
+    n_u: int = 0,
 ) -> None:
     """Raise `InputError` with the first part whose size does not fit, or a noise of zero.
 
@@ -30,6 +48,9 @@ def check_sizes(
         expected[f"{sensor.name}: h's state"] = (sensor.h.numel_in(0), n_x)
         expected[f"{sensor.name}: residual's reading"] = (sensor.residual.numel_in(0), sensor.n_y)
         expected[f"{sensor.name}: residual's state"] = (sensor.residual.numel_in(1), n_x)
+        inputs = (n_u,) if sensor.reads_inputs else ()
+        expected |= input_sizes(f"{sensor.name}: h", sensor.h, 1, inputs)
+        expected |= input_sizes(f"{sensor.name}: residual", sensor.residual, 2, inputs)
         expected[f"{sensor.name}: unit_of_axis"] = (len(sensor.unit_of_axis), sensor.n_y)
         expected[f"{sensor.name}: unit_of_row"] = (len(sensor.unit_of_row), sensor.n_r)
         if sensor.constant_reading is not None:

@@ -45,6 +45,14 @@ class ReadModel(Protocol):
         """None where people read the states."""
 
     @property
+    def input_names(self) -> tuple[str, ...]:
+        """(n_u,)"""
+
+    @property
+    def input_units(self) -> tuple[str, ...]:
+        """(n_u,)"""
+
+    @property
     def n_w(self) -> int:
         """Number of noises."""
 
@@ -68,6 +76,8 @@ def model_text(model: ReadModel) -> str:
     lines = [f"StateSpaceModel {model.name}: {n_x} states, {model.n_w} noises"]
     for name, _, mean, std in _prior_rows(model):
         lines.append(f"  {name:32s} prior {mean:10.4g} ± {std:.4g}")
+    for name, unit in zip(model.input_names, model.input_units, strict=True):
+        lines.append(f"  {name:32s} known input{f', {unit}' if unit else ''}")
     for sensor in model.sensors:
         rate = f"{sensor.rate_hz:g} Hz" if sensor.rate_hz else "as recorded"
         lines.append(f"  {sensor.name} ({sensor.kind}, {rate}): noise {noise_text(sensor)}")

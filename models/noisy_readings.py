@@ -13,7 +13,9 @@ ROUNDING = 1e-12
 """Noise is met to this part of its largest component."""
 
 
-def noisy_readings(sensor: SensorModel, states: Array, noise: Array) -> Array:
+def noisy_readings(
+    sensor: SensorModel, states: Array, noise: Array, *, inputs: Array | None = None
+) -> Array:
     """Return the readings y (n, n_y) whose residuals at the true states are `noise`.
 
     Solves ``residual(y, x) = noise`` by Newton's method from ``y = h(x)``: one
@@ -23,18 +25,19 @@ def noisy_readings(sensor: SensorModel, states: Array, noise: Array) -> Array:
     ----------
     states : (n, n_x) true states at the sensor's instants
     noise : (n, n_r) in the units of the residual's rows; zero gives h(x)
+    inputs : (n, n_u) of the model, where the sensor reads them
     """
     if not len(states):
         return np.zeros((0, sensor.n_y))
-    x = states.T
-    y = sensor.h(x).full()
+    at = states.T, *sensor.inputs_of(None if inputs is None else inputs.T)
+    y = sensor.h(*at).full()
     slope = sensor.residual.jacobian()
     for _ in range(NEWTON_STEPS):
-        missing = noise.T - sensor.residual(y, x).full()
+        missing = noise.T - sensor.residual(y, *at).full()
         if np.abs(missing).max() <= ROUNDING * np.abs(noise).max():
             break
         # CasADi evaluates column by column and lays the Jacobians side by side.
-        jacobians = slope(y, x, np.zeros_like(missing))[0].full()
+        jacobians = slope(y, *at, np.zeros_like(missing))[0].full()
         jacobians = jacobians.reshape(sensor.n_r, len(states), sensor.n_y).swapaxes(0, 1)
         y = y + np.einsum("nij,jn->in", np.linalg.pinv(jacobians), missing)
     return np.asarray(y.T)

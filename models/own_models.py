@@ -17,6 +17,7 @@ from models.gaussian import GaussianState
 from models.manifold import additive_manifold, always_regular, no_inequality
 from models.names import several, unknown
 from models.own_bounds import Bound, own_bounds
+from models.own_inputs import Inputs, own_inputs
 from models.own_sensors import OwnSensor, column, sensor_model
 from models.state_space import StateSpaceModel
 from models.units import readable_unit, split_unit
@@ -28,13 +29,15 @@ EMPTY_STEP_TOLERANCE = 1e-12
 def own_model(
     name: str,
     states: Mapping[str, tuple[float, float]],
-    transition: Callable[[ca.SX, ca.SX, ca.SX], ca.SX],
+    transition: Callable[..., ca.SX],
     n_noises: int,
     sensors: Mapping[str, OwnSensor],
     *,
     bounds: Mapping[str, Bound] | None = None,
     angles: Iterable[str] = (),
     units: Mapping[str, str] | None = None,
+    inputs: Inputs = (),
+    interpolated: Iterable[str] = (),
 ) -> StateSpaceModel:
     """Build a state-space model from plain functions of symbols.
 
@@ -53,12 +56,18 @@ def own_model(
         two of them differ by the short way round
     units : state → unit (``{"temp_K": "K"}``), of those whose name ends in no SI unit; a state
         with neither has none
+    inputs : name → unit (``{"force_n": "N"}``), or names, of what is known at every instant:
+        forces, set-points, parameters that vary in time. With some, transition is called with
+        (x, w, Δt, u (n_u,)), and a sensor's `reads` may take (x, u). Values are a recording's
+        `inputs`, or stand behind a measurement's readings; one that is missing is held
+    interpolated : names of inputs of which a step takes the mean of both its ends; the others
+        are held from its beginning
 
     Raises
     ------
     InputError
-        If shapes do not fit together, a step of Δt = 0 changes the state, a bound is empty, or
-        a bound, an angle or a unit is of no state.
+        If shapes do not fit together, a step of Δt = 0 changes the state, a bound is empty, a
+        bound, an angle or a unit is of no state, or an input's name is taken.
     """
     n_x = len(states)
     for state, known in states.items():
@@ -69,8 +78,12 @@ def own_model(
             )
     mean, std = np.array(list(states.values()), dtype=float).reshape(n_x, 2).T
     x, w, dt = ca.SX.sym("x", n_x), ca.SX.sym("w", n_noises), ca.SX.sym("dt")
-    x_next = column(transition(x, w, dt), n_x, f"model {name}: transition", "state")
-    f = ca.Function("f", [x, w, dt], [x_next], ["x", "w", "dt"], ["x_next"])
+    given = own_inputs(name, inputs, interpolated, _taken(states, sensors))
+    ends = given.symbols()
+    moved = transition(x, w, dt, *given.over_step(*ends.values()))
+    x_next = column(moved, n_x, f"model {name}: transition", "state")
+    arguments = {"x": x, "w": w, "dt": dt, **ends}
+    f = ca.Function("f", list(arguments.values()), [x_next], list(arguments), ["x_next"])
     _check_empty_step(name, tuple(states), f, mean, std)
     names = tuple(states)
     wrapped = several(angles)
@@ -84,7 +97,10 @@ def own_model(
         state_names=tuple(states),
         state_units=tuple((units or {}).get(state, _unit(state)) for state in names),
         f=f,
-        sensors=tuple(sensor_model(key, sensor, x) for key, sensor in sensors.items()),
+        sensors=tuple(
+            sensor_model(key, sensor, {"x": x}, dict(list(ends.items())[:1]))
+            for key, sensor in sensors.items()
+        ),
         prior=GaussianState(mean, np.diag(std**2)),
         retract=retract,
         difference=difference,
@@ -92,7 +108,15 @@ def own_model(
         upper=upper,
         inequality=no_inequality(n_x),
         regularity=always_regular(n_x),
+        input_names=given.names,
+        input_units=given.units,
     )
+
+
+def _taken(states: Iterable[str], sensors: Mapping[str, OwnSensor]) -> set[str]:
+    """Return the names that no input may have: those of states, sensors and readings."""
+    readings = {f"{name}_{axis}" for name, sensor in sensors.items() for axis in sensor.axes}
+    return {*states, *sensors, *readings}
 
 
 def _unit(state: str) -> str:
@@ -105,8 +129,9 @@ def _check_empty_step(
 ) -> None:
     """Refuse a transition that needs no time: estimators take steps of Δt = 0."""
     n_w, signs = f.numel_in(1), (-1.0) ** np.arange(len(mean))
+    inputs = [np.ones(f.numel_in(i)) for i in range(3, f.n_in())]
     for x, noise in ((mean + std, 1.0), (mean - std, -1.0), (mean + signs * std, 0.5)):
-        moved = f(x, np.full(n_w, noise), 0.0).full().ravel() - x
+        moved = f(x, np.full(n_w, noise), 0.0, *inputs).full().ravel() - x
         rest = np.abs(moved) <= EMPTY_STEP_TOLERANCE * (np.abs(x) + std)
         if rest.all():
             continue

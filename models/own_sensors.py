@@ -18,6 +18,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.manifold import wrapped_angles
 from models.names import several, unknown
+from models.own_inputs import takes_inputs
 from models.sensor_model import SensorModel
 
 
@@ -27,7 +28,8 @@ class OwnSensor:
 
     Parameters
     ----------
-    reads : takes the symbolic state (n_x,) and returns (n_y,) expressions
+    reads : takes the symbolic state (n_x,), or the state and the model's inputs (n_u,), and
+        returns (n_y,) expressions
     axes : axis → unit of each component of the reading, e.g. ``{"x": "m"}``
     noise_std : of every component, or one for each (n_y,), in its unit; larger trusts it less
     rate_hz : nominal rate, for the simulator
@@ -37,7 +39,7 @@ class OwnSensor:
     residual : (y (n_y,), h (n_y,)) → (n_y,), instead of y - h
     """
 
-    reads: Callable[[ca.SX], ca.SX]
+    reads: Callable[..., ca.SX]
     axes: Mapping[str, str]
     noise_std: float | Sequence[float] | Array | None = None
     rate_hz: float | None = None
@@ -54,10 +56,17 @@ def column(expressions: ca.SX, n: int, what: str, per: str) -> ca.SX:
     return found
 
 
-def sensor_model(name: str, sensor: OwnSensor, x: ca.SX) -> SensorModel:
-    """Return a sensor as the estimators see it; `InputError` where its parts do not fit."""
+def sensor_model(
+    name: str, sensor: OwnSensor, state: Mapping[str, ca.SX], inputs: Mapping[str, ca.SX]
+) -> SensorModel:
+    """Return a sensor as the estimators see it; `InputError` where its parts do not fit.
+
+    It reads the symbols of the state, and those of the inputs where `reads` takes them.
+    """
+    read = {**state, **inputs} if takes_inputs(sensor.reads) else dict(state)
+    symbols = list(read.values())
     n, per = len(sensor.axes), f"axis ({', '.join(sensor.axes)})"
-    h = column(sensor.reads(x), n, f"sensor {name}: its reading", per)
+    h = column(sensor.reads(*symbols), n, f"sensor {name}: its reading", per)
     y = ca.SX.sym("y", n)
     r = column(_residual(name, sensor, y, h), n, f"sensor {name}: its residual", per)
     std, whitening = _noise(name, sensor, n)
@@ -67,12 +76,12 @@ def sensor_model(name: str, sensor: OwnSensor, x: ca.SX) -> SensorModel:
         kind="own",
         axes=tuple(sensor.axes),
         unit_of_axis=units,
-        h=ca.Function(f"h_{name}", [x], [h], ["x"], ["y"]),
+        h=ca.Function(f"h_{name}", symbols, [h], list(read), ["y"]),
         residual=ca.Function(
             f"residual_{name}",
-            [y, x],
+            [y, *symbols],
             [r if whitening is None else ca.sparsify(ca.DM(whitening)) @ r],
-            ["y", "x"],
+            ["y", *read],
             ["r"],
         ),
         noise_std=std,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -49,7 +50,7 @@ class SensorModel:
     axes, unit_of_axis : the components of a reading y and their units
     h : casadi.Function (n_x,) -> (n_y,), the reading without noise
     residual : casadi.Function (n_y,), (n_x,) -> (n_r,), y "minus" h(x); its rows
-        are in the unit of `noise_std`
+        are in the unit of `noise_std`. Both may take the model's inputs (n_u,) behind the state
     noise_std, unit_of_row : (n_r,) standard deviation and unit of the residual's rows,
         the quantiser's error included
     rate_hz, delay_s : see `models.sensor_kinds.mounted.SensorBase`
@@ -90,6 +91,15 @@ class SensorModel:
     reads_rate: bool = False
     is_derived: bool = False
     rest: RestRule | None = None
+
+    @property
+    def reads_inputs(self) -> bool:
+        """Whether what it reads depends on the model's inputs."""
+        return int(self.residual.n_in()) > 2
+
+    def inputs_of(self, inputs: Any) -> tuple[Any, ...]:
+        """Return what `h` and `residual` take behind the state, of the model's inputs (n_u,)."""
+        return (inputs,) if self.reads_inputs else ()
 
     @property
     def has_readings(self) -> bool:

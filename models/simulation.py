@@ -86,7 +86,13 @@ def union_of_times(*times: Mapping[str, Array]) -> Array:
     return np.unique(np.concatenate([at for each in times for at in each.values()]))
 
 
-def drawn_states(model: StateSpaceModel, time_s: Array, rng: np.random.Generator) -> Array:
+def drawn_states(
+    model: StateSpaceModel,
+    time_s: Array,
+    rng: np.random.Generator,
+    *,
+    inputs: Array | None = None,
+) -> Array:
     """Return states (n, n_x) drawn from any model: its prior, then its own noise.
 
         x₀ = retract(x̄, L ξ),  L Lᵀ = P̄;     x_{k+1} = f(x_k, w_k, Δt_k);     ξ, w ~ N(0, I)
@@ -98,6 +104,7 @@ def drawn_states(model: StateSpaceModel, time_s: Array, rng: np.random.Generator
     Parameters
     ----------
     time_s : (n,) increasing instants, s
+    inputs : (n, n_u) known inputs at the instants, where the model has some
     """
     of_start, of_steps = rng.spawn(2)
     xi = np.array([g.standard_normal() for g in of_start.spawn(model.n_x)])
@@ -107,7 +114,8 @@ def drawn_states(model: StateSpaceModel, time_s: Array, rng: np.random.Generator
     states = np.zeros((len(time_s), model.n_x))
     states[0] = model.retract(model.prior.mean, L @ xi).full().ravel()
     for k, dt in enumerate(np.diff(time_s)):
-        states[k + 1] = model.f(states[k], w[:, k], dt).full().ravel()
+        ends = () if inputs is None or not model.n_u else (inputs[k], inputs[k + 1])
+        states[k + 1] = model.f(states[k], w[:, k], dt, *ends).full().ravel()
     return states
 
 
@@ -204,6 +212,8 @@ def simulate_readings(
     time_s: Array,
     states: Array,
     seed: Seed,
+    *,
+    inputs: Array | None = None,
 ) -> SimulatedReadings:
     """Read every sensor at its own instants: noise, quantiser, range, lost samples.
 
@@ -212,6 +222,7 @@ def simulate_readings(
     times : sensor name → its instants, each one of `time_s`
     time_s, states : (n,), (n, n_x) the truth
     seed : of the noise and of what gets lost
+    inputs : (n, n_u) known inputs at the instants, where the model has some
     """
     root = seed_sequence(seed)
     sensors = {}
@@ -222,7 +233,9 @@ def simulate_readings(
             values = touching(sensor, states[rows])
         else:
             w = stream(root, f"noise of {name}").standard_normal((len(rows), sensor.n_r))
-            values = digitised(sensor, noisy_readings(sensor, states[rows], sensor.drawn_std * w))
+            u = None if inputs is None else inputs[rows]
+            noisy = noisy_readings(sensor, states[rows], sensor.drawn_std * w, inputs=u)
+            values = digitised(sensor, noisy)
         lost = stream(root, f"losses of {name}").random(len(rows)) < sensor.dropout_fraction
         values[lost] = np.nan
         sensors[name] = (instants, values)

@@ -1,8 +1,10 @@
 """The state-space model: a frozen value that every estimator reads.
 
-    x_{k+1} = f(x_k, w_k, Δt),   w ~ N(0, I)
-    0 ≈ residual(y, x) ~ N(0, diag(noise_std²))
+    x_{k+1} = f(x_k, w_k, Δt, u_k, u_{k+1}),   w ~ N(0, I)
+    0 ≈ residual(y, x, u) ~ N(0, diag(noise_std²))
 
+with known inputs u where a model has some: those at both ends of the step, so that f says
+whether they are held or interpolated. They stand behind an instant's stacked readings.
 States may live on a manifold: ``retract(x, δ)`` moves a state by a tangent
 vector, ``difference(a, b)`` is the tangent vector from b to a.
 """
@@ -13,6 +15,7 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -23,11 +26,12 @@ from models.bounds import split_bounds
 from models.errors import InputError
 from models.feasibility import feasible
 from models.gaussian import GaussianState
-from models.model_checks import check_conditions, check_needs, check_prior, check_sizes
+from models.model_checks import check_needs
 from models.model_text import model_html, model_text
 from models.names import did_you_mean, several
 from models.outputs import Outputs, TangentNames
 from models.sensor_model import SensorModel
+from models.state_space_parts import check_model, stacked_row
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +42,8 @@ class StateSpaceModel:
     ----------
     name : for people
     state_names : (n_x,) names that end in their unit
-    f : casadi.Function (n_x,), (n_w,), () -> (n_x,); Δt in seconds is the last argument
+    f : casadi.Function (n_x,), (n_w,), () -> (n_x,); Δt in seconds is the last argument, but for
+        (n_u,), (n_u,), the inputs at the step's beginning and end, of a model that has inputs
     sensors : in the order in which their readings are stacked
     prior : what is known of the state before the first measurement
     retract, difference : casadi.Function (n_x,), (n_d,) -> (n_x,) and (n_x,), (n_x,) -> (n_d,)
@@ -53,6 +58,7 @@ class StateSpaceModel:
         be demanded; None demands every row always
     outputs : what people read of a state; None where they read the state
     tangent : tangent vectors in words of motions; None where the state's names do
+    input_names, input_units : (n_u,) of the known inputs, in their order; none for most models
     """
 
     name: str
@@ -72,30 +78,11 @@ class StateSpaceModel:
     conditions: NDArray[np.bool_] | None = None
     outputs: Outputs | None = None
     tangent: TangentNames | None = None
+    input_names: tuple[str, ...] = ()
+    input_units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        n_x = self.n_x
-        sizes = {
-            "state_units": (len(self.state_units), n_x),
-            "f's state": (self.f.numel_in(0), n_x),
-            "f's step": (self.f.numel_in(2), 1),
-            "f's result": (self.f.numel_out(0), n_x),
-            "prior mean": (self.prior.mean.size, n_x),
-            "prior covariance": (self.prior.covariance.size, n_x * n_x),
-            "lower": (self.lower.size, n_x),
-            "upper": (self.upper.size, n_x),
-            "retract": (self.retract.numel_out(0), n_x),
-            "difference": (self.difference.numel_out(0), n_x),
-            "inequality": (self.inequality.numel_in(0), n_x),
-            "regularity": (self.regularity.numel_out(0), 1),
-        }
-        if self.reach is not None:
-            sizes["reach"] = (self.reach.size, n_x)
-        check_sizes(self.name, sizes, self.sensors, n_x)
-        if self.conditions is not None:
-            rows = (int(self.inequality.numel_out(0)), self.n_y)
-            check_conditions(self.name, self.conditions, rows)
-        check_prior(self.name, self.prior, n_x)
+        check_model(self)
 
     @property
     def n_x(self) -> int:
@@ -111,6 +98,16 @@ class StateSpaceModel:
     def n_y(self) -> int:
         """Number of components of all readings stacked."""
         return sum(sensor.n_y for sensor in self.sensors)
+
+    @property
+    def n_u(self) -> int:
+        """Number of known inputs."""
+        return len(self.input_names)
+
+    @property
+    def n_row(self) -> int:
+        """Number of an instant's numbers: stacked readings, and its inputs behind them."""
+        return self.n_y + self.n_u
 
     @property
     def n_r(self) -> int:
@@ -174,23 +171,23 @@ class StateSpaceModel:
             f"expected {', '.join(known)}{did_you_mean(name, known)}"
         )
 
-    def stack(self, readings: Mapping[str, Array]) -> Array:
-        """Stack readings by sensor name into y (n_y,), NaN where there is none.
+    def step_inputs(self, row: Any, next_row: Any) -> tuple[Any, ...]:
+        """Return what f takes behind Δt, from the rows (n_row,) at both ends of a step."""
+        return (row[self.n_y :], next_row[self.n_y :]) if self.n_u else ()
+
+    def stack(
+        self, readings: Mapping[str, Array], inputs: Mapping[str, float] | None = None
+    ) -> Array:
+        """Stack readings by sensor name, and inputs behind them, into one row (n_row,).
+
+        NaN stands where there is none: a reading is missing then, an input as it was before.
 
         Raises
         ------
         InputError
-            If a reading has another shape.
+            If a reading has another shape, or an input is unknown.
         """
-        parts = []
-        for sensor in self.sensors:
-            value = np.asarray(readings.get(sensor.name, np.full(sensor.n_y, np.nan)), dtype=float)
-            if value.shape != (sensor.n_y,):
-                raise InputError(
-                    f"reading of {sensor.name} has shape {value.shape}, expected ({sensor.n_y},)"
-                )
-            parts.append(value)
-        return np.concatenate([np.zeros(0), *parts])
+        return stacked_row(self, readings, inputs or {})
 
     def replace(self, **changes: object) -> StateSpaceModel:
         """Return a copy with some fields changed."""

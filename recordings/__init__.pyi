@@ -1,5 +1,9 @@
 from recordings.formats.imu_array import ImuArray as ImuArray
 from recordings.formats.imu_array import read_imu_array as read_imu_array
+from recordings.formats.model_tables import (
+    recording_from_model_table as recording_from_model_table,
+)
+from recordings.formats.model_tables import recording_to_model_table as recording_to_model_table
 from recordings.formats.tables import recording_from_table as recording_from_table
 from recordings.formats.tables import recording_to_table as recording_to_table
 from recordings.formats.tables import write_table as write_table

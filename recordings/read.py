@@ -8,14 +8,23 @@ from pathlib import Path
 from estimation.recording import Recording
 from models.errors import InputError
 from models.pen_file import AnyPen, as_pen
+from models.state_space import StateSpaceModel
+from recordings.formats.model_tables import recording_from_model_table
 from recordings.formats.table import FORMATS, format_names, format_of
 from recordings.written import WrittenRecording
 
 
 def read_recording(
-    path: str | Path, pen: AnyPen, *, units: Mapping[str, str] | None = None
+    path: str | Path, pen: AnyPen | StateSpaceModel, *, units: Mapping[str, str] | None = None
 ) -> Recording:
-    """Read a recording of a pen's sensors; see `read_written`, which brings its ink too."""
+    """Read a recording of a pen's sensors; see `read_written`, which brings its ink too.
+
+    Of a model of one's own it reads a table, `recordings.formats.model_tables`, in its units.
+    """
+    if isinstance(pen, StateSpaceModel):
+        from recordings.formats.tables import read_table
+
+        return recording_from_model_table(read_table(Path(path)), pen, str(path))
     return read_written(path, pen, units=units).recording
 
 

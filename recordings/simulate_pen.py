@@ -26,6 +26,7 @@ from models.simulation import (
     union_of_times,
 )
 from models.state_space import StateSpaceModel
+from recordings.input_signals import InputSignal, check_signals, sampled
 from recordings.motion_list import DRAWN as DRAWN  # both are looked for here, too
 from recordings.motion_list import motion_names as motion_names
 
@@ -91,16 +92,25 @@ def simulate_model(
     duration_s: float = 3.0,
     seed: int = 0,
     stamps: Stamps | str = "capture",
+    inputs: Mapping[str, InputSignal] | None = None,
 ) -> Recording:
     """Simulate any model's sensors along a truth drawn from its own prior and process noise.
 
     Parameters and errors as for `simulate`.
+
+    Parameters
+    ----------
+    inputs : of a model that has some, each a number or a function of times (n,) in s; they are
+        known at every instant, and act as the model says
     """
+    given = inputs or {}
+    check_signals(model, given)
 
     def truth(time_s: Array, captured: Mapping[str, Array], root: np.random.SeedSequence) -> Array:
-        return drawn_states(model, time_s, stream(root, "motion"))
+        u = sampled(model, given, time_s)
+        return drawn_states(model, time_s, stream(root, "motion"), inputs=u)
 
-    return _record(DRAWN, model, truth, duration_s, seed, stamps)
+    return _record(DRAWN, model, truth, duration_s, seed, stamps, given)
 
 
 def _record(
@@ -110,6 +120,7 @@ def _record(
     duration_s: float,
     seed: int,
     stamps: Stamps | str,
+    inputs: Mapping[str, InputSignal] | None = None,
 ) -> Recording:
     if stamps not in get_args(Stamps):
         raise InputError(f"stamps is {stamps}, {expected_one_of(stamps, get_args(Stamps))}")
@@ -121,9 +132,11 @@ def _record(
     more = [name for name in outputs.names if name not in model.state_names]
     columns = [outputs.names.index(name) for name in more]
     values = np.hstack([states, outputs.function(states.T).full().T[:, columns]])
-    readings = simulate_readings(model, captured, time_s, states, root).sensors
+    u = sampled(model, inputs or {}, time_s)
+    readings = simulate_readings(model, captured, time_s, states, root, inputs=u).sensors
     return Recording.from_sensors(
         f"{name} (simulated)",
         {key: (stamped[key], values) for key, (_, values) in readings.items()},
         truth=Truth(time_s, (*model.state_names, *more), values),
+        inputs={key: (time_s, u[:, i]) for i, key in enumerate(model.input_names)},
     )

@@ -20,6 +20,7 @@ int @{prefix}_step(@{prefix}_state *state, double time_s, const @{prefix}_real r
         @{prefix}_estimate *estimate)
 {
     if (!isfinite(time_s)) return -1;
+    @check_inputs
     if (!state->started) state->first_s = state->origin_s = state->newest_s = time_s;
     state->started = 1;
     const int late = time_s < state->newest_s;

@@ -49,7 +49,7 @@ static real try_cost(const Window *s, const real *memory, real *row_scale,
     spread(&s->model, P, o->z_try, o->d_try);
     retract(&s->model, memory + s->memory.prior_mean, o->d_try, o->x_try);
     for (integer k = 0; k + 1 < count; k++)
-        move(s, STAGE(o->x_try, k, n_x), STAGE(w, k, s->model.n_w), interval(s, memory, k),
+        move(s, memory, k, STAGE(o->x_try, k, n_x), STAGE(w, k, s->model.n_w),
              STAGE(o->x_try, k + 1, n_x));
     if (s->n_c > 0) exceed(s, memory, o->x_try, o->violation_try, 0);
     return measure(s, memory, o->x_try, w, row_scale, noise_scale)
@@ -327,7 +327,7 @@ void window_solve(void *self, real *memory, real *result)
     Solved solved = {NAN, 1, NAN};
     const double start = now(s);
     for (integer k = 0; k < newest; k++)
-        move(s, STAGE(x, k, n_x), STAGE(w, k, s->model.n_w), interval(s, memory, k),
+        move(s, memory, k, STAGE(x, k, n_x), STAGE(w, k, s->model.n_w),
              STAGE(x, k + 1, n_x));
     const integer status = converge(s, memory, start, &solved);
     copy(result + s->result.mean, STAGE(x, newest, n_x), n_x);

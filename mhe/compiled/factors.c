@@ -37,10 +37,10 @@ static int has_readings(const Window *s, integer k, const real *memory, const re
 {
     const Model *m = &s->model;
     const Work *o = &s->work;
-    const integer n_x = m->n_x, n_y = m->n_y, n_r = m->n_r;
+    const integer n_x = m->n_x, n_row = m->n_row, n_r = m->n_r;
     return *SLOT(o->at_time, k, 1) == memory[s->memory.times + k]
            && same(SLOT(o->at_x, k, n_x), STAGE(x, k, n_x), n_x)
-           && same(SLOT(o->at_y, k, n_y), STAGE(memory + s->memory.y, k, n_y), n_y)
+           && same(SLOT(o->at_y, k, n_row), STAGE(memory + s->memory.y, k, n_row), n_row)
            && same(SLOT(o->at_rows, k, n_r), STAGE(row_scale, k, n_r), n_r);
 }
 
@@ -193,11 +193,12 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
 #endif
         } else {
             const real dt = interval(s, memory, k - 1);
+            const real *u[] = {inputs_at(s, memory, k - 1), inputs_at(s, memory, k)};
             real *predicted[] = {o->reached, d_minus, P_minus, SLOT(o->F, k - 1, s->nnz_F),
                                  SLOT(o->G, k - 1, s->nnz_G)};
             predict(m, SLOT(o->d_plus, k - 1, n_x), SLOT(o->P_plus, k - 1, s->model.n_P),
                     STAGE(x, k - 1, n_x), STAGE(w, k - 1, n_w), &dt,
-                    STAGE(noise_scale, k - 1, n_w), predicted);
+                    STAGE(noise_scale, k - 1, n_w), u, predicted);
             difference(s, o->reached, STAGE(x, k, n_x), o->defect);
             for (integer i = 0; i < n_x; i++) d_minus[i] += o->defect[i];
             copy(SLOT(o->at_w, k, n_w), STAGE(w, k - 1, n_w), n_w);
@@ -205,14 +206,14 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
         }
         *SLOT(o->at_time, k, 1) = memory[s->memory.times + k];
         copy(SLOT(o->at_x, k, n_x), STAGE(x, k, n_x), n_x);
-        copy(SLOT(o->at_y, k, m->n_y), STAGE(y, k, m->n_y), m->n_y);
+        copy(SLOT(o->at_y, k, m->n_row), STAGE(y, k, m->n_row), m->n_row);
         copy(SLOT(o->at_rows, k, n_r), STAGE(row_scale, k, n_r), n_r);
         const int newest = k == count - 1;
         real *updated[] = {SLOT(o->d_plus, k, n_x),  SLOT(o->P_plus, k, s->model.n_P),
                            newest ? o->v : 0,        newest ? o->S : 0,
                            SLOT(o->W, k, s->model.stride * n_r), SLOT(o->e, k, n_r),
                            SLOT(o->H, k, s->nnz_H),  SLOT(o->L, k, s->nnz_L)};
-        update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_y),
+        update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_row),
                STAGE(row_scale, k, n_r), updated);
 #if CONVERGES
         if (held && !condition(s, k)) {
@@ -222,7 +223,7 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
 #endif
         if (LOSSES && newest && s->has_losses) { /* told is the innovation itself, not its weighed share */
             real *told[] = {0, 0, o->v, o->S, 0, 0, 0, 0};
-            update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_y),
+            update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_row),
                    STAGE(memory + s->memory.present, k, n_r), told);
         }
     }

@@ -99,7 +99,6 @@ def window_loop(
             "most_iterations": int(scheme.max_iterations),
             "deadline": float(np.inf if config.deadline_s is None else config.deadline_s),
             "clock": ctypes.c_void_p(clock),
-            "nothing": np.full(model.n_y, np.nan),
             **rest_fields(model),
         },
         constants={
@@ -149,13 +148,13 @@ def _work(
     converges: bool,
 ) -> Mapping[str, Any]:
     """Return the workspace: arrays with one entry per stage or row, and single ones."""
-    n_x, n_w, n_y, n_r = model.n_x, model.n_w, model.n_y, model.n_r
+    n_x, n_w, n_r = model.n_x, model.n_w, model.n_r
     n_c, row = constraint_rows.count(model), stride(n_x)
     n_rows = n_stages * n_c
     per_stage = {
         "at_time": 1,
         "at_x": n_x,
-        "at_y": n_y,
+        "at_y": model.n_row,
         "at_rows": n_r,
         "at_w": n_w,
         "at_noises": n_w,
@@ -183,6 +182,7 @@ def _work(
         "S": n_r * n_r,
         "no_noise": n_w,
         "nothing_present": n_r,
+        "row": model.n_row,
         "reused": 1,
         "pass_time": 3,
         "violation": n_c,

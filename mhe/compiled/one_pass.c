@@ -27,7 +27,7 @@ static real misjudged(const Window *s, const real *memory, integer k)
     const Memory *at = &s->memory;
     const integer n_x = s->model.n_x, n_r = s->model.n_r;
     real off = 0;
-    const real *judged[] = {STAGE(memory + at->x, k, n_x), STAGE(memory + at->y, k, s->model.n_y),
+    const real *judged[] = {STAGE(memory + at->x, k, n_x), STAGE(memory + at->y, k, s->model.n_row),
                             STAGE(memory + at->present, k, n_r), STAGE(s->work.expected, k, n_r)};
     real *results[] = {&off};
     call(&s->model, &s->judge, judged, results);

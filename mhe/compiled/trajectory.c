@@ -5,13 +5,6 @@
 
 #define STAGE(array, k, width) ((array) + (k) * (width))
 
-static void move(const Window *s, const real *x, const real *w, real dt, real *reached)
-{
-    const real *arguments[] = {x, w, &dt};
-    real *results[] = {reached};
-    call(&s->model, &s->move, arguments, results);
-}
-
 static void difference(const Window *s, const real *to, const real *from, real *delta)
 {
     const real *arguments[] = {to, from};
@@ -25,6 +18,22 @@ static real interval(const Window *s, const real *memory, integer k)
     return times[k + 1] - times[k];
 }
 
+/* Inputs of a stage, behind its readings. */
+static const real *inputs_at(const Window *s, const real *memory, integer k)
+{
+    return STAGE(memory + s->memory.y, k, s->model.n_row) + s->model.n_y;
+}
+
+/* f(x, w) of the step behind stage k. */
+static void move(const Window *s, const real *memory, integer k, const real *x, const real *w,
+                 real *reached)
+{
+    const real dt = interval(s, memory, k);
+    const real *arguments[] = {x, w, &dt, inputs_at(s, memory, k), inputs_at(s, memory, k + 1)};
+    real *results[] = {reached};
+    call(&s->model, &s->move, arguments, results);
+}
+
 /* Cost of readings and noises of a trajectory, and the scales by which its losses weigh
  * them; the prior's part is the caller's. */
 static real measure(const Window *s, const real *memory, const real *x, const real *w,
@@ -35,7 +44,7 @@ static real measure(const Window *s, const real *memory, const real *x, const re
     const real *y = memory + s->memory.y, *present = memory + s->memory.present;
     real cost = 0, part = 0;
     for (integer k = 0; k < count; k++) {
-        const real *seen[] = {STAGE(x, k, m->n_x), STAGE(y, k, m->n_y),
+        const real *seen[] = {STAGE(x, k, m->n_x), STAGE(y, k, m->n_row),
                                 STAGE(present, k, m->n_r), s->huber};
         real *scales[] = {STAGE(row_scale, k, m->n_r), &part};
         call(&s->model, &s->measure, seen, scales);

@@ -72,7 +72,8 @@ static void arrive(const Window *s, const real *given, int kept, real *memory)
         x_lin = o->x_prior;
         w = o->no_noise;
     }
-    predict(m, d_plus, P_plus, x_lin, w, &dt, noise_scale, predicted);
+    const real *u[] = {inputs_at(s, given, 0), inputs_at(s, given, 1)};
+    predict(m, d_plus, P_plus, x_lin, w, &dt, noise_scale, u, predicted);
     retract(m, o->reached, o->d_minus_prior, new_mean);
     real *deviation = memory + s->memory.prior_deviation;
     const real *first = given + s->memory.x_lin + n_x;
@@ -107,7 +108,7 @@ static void take_readings(const Window *s, real *memory, integer k, const real *
     const Model *m = &s->model;
     const Memory *at = &s->memory;
     const integer n_y = m->n_y, n_c = s->n_c;
-    mark_present(m, y, STAGE(memory + at->present, k, m->n_r), STAGE(memory + at->y, k, n_y));
+    mark_present(m, y, STAGE(memory + at->present, k, m->n_r), STAGE(memory + at->y, k, m->n_row));
     for (integer j = 0; j < n_c; j++) {
         real *demanded = STAGE(memory + at->demanded, k, n_c) + j;
         *demanded = 1;
@@ -124,11 +125,11 @@ static void slide(const Window *s, const real *given, real *memory, real time, c
 {
     const Model *m = &s->model;
     const Memory *at = &s->memory;
-    const integer n_x = m->n_x, n_w = m->n_w, n_y = m->n_y, n_r = m->n_r, n_c = s->n_c;
+    const integer n_x = m->n_x, n_w = m->n_w, n_row = m->n_row, n_r = m->n_r, n_c = s->n_c;
     const integer before = (integer)given[at->count], drop = before == s->n_stages;
     const integer kept = before - drop;
     const struct { integer at, width, less; } blocks[] = {
-        {at->times, 1, 0},   {at->y, n_y, 0},       {at->present, n_r, 0}, {at->x, n_x, 0},
+        {at->times, 1, 0},   {at->y, n_row, 0},     {at->present, n_r, 0}, {at->x, n_x, 0},
         {at->x_lin, n_x, 0}, {at->moved, 1, 0},     {at->costate, n_x, 0}, {at->away, 1, 0},
         {at->length, 1, 0},  {at->w, n_w, 1},       {at->w_lin, n_w, 1},   {at->active, n_c, 0},
         {at->demanded, n_c, 0}, {at->predicted, n_x, 0}};
@@ -143,14 +144,14 @@ static void slide(const Window *s, const real *given, real *memory, real time, c
     memory[at->count] = (real)(kept + 1);
     memory[at->times + kept] = time;
     take_readings(s, memory, kept, y);
+    copy(memory + at->inputs, y + m->n_y, m->n_u);
     real *newest = STAGE(memory + at->x, kept, n_x);
     if (before == 0)
         copy(newest, memory + at->prior_mean, n_x);
     else {
         real *noise = STAGE(memory + at->w, before - 1 - drop, n_w);
         memset(noise, 0, (size_t)n_w * sizeof(real));
-        move(s, STAGE(given + at->x, before - 1, n_x), noise,
-             time - given[at->times + before - 1], newest);
+        move(s, memory, kept - 1, STAGE(given + at->x, before - 1, n_x), noise, newest);
     }
     copy(STAGE(memory + at->predicted, kept, n_x), newest, n_x);
     choose_points(s, stays, memory);
@@ -171,10 +172,11 @@ static integer only_predict(const Window *s, const real *given, const real *memo
     if (before > 0) {
         const real dt = memory[at->times + newest] - given[at->times + before - 1];
         const real *last = STAGE(given + at->x, before - 1, n_x);
+        const real *u[] = {inputs_at(s, memory, newest - 1), inputs_at(s, memory, newest)};
         real *predicted[] = {o->reached, o->d_minus_prior, covariance, 0, 0};
         memset(o->d_prior, 0, (size_t)n_x * sizeof(real));
         predict(m, o->d_prior, given + at->newest_covariance, last, o->no_noise, &dt,
-                o->unit_noises, predicted);
+                o->unit_noises, u, predicted);
     }
     for (integer i = 0; i < m->n_r * m->n_r; i++) o->S[i] = NAN;
     note_none(s);
@@ -224,8 +226,19 @@ static integer attempt(const Window *s, const real *given, real *memory, real ti
     return status;
 }
 
+/* A row without readings, with the inputs of y. */
+static const real *without_readings(const Window *s, const real *y)
+{
+    const Model *m = &s->model;
+    real *row = s->work.row;
+    for (integer i = 0; i < m->n_y; i++) row[i] = NAN;
+    copy(row + m->n_y, y + m->n_y, m->n_u);
+    return row;
+}
+
 /* Where not even the prediction is finite: the window begins anew, with the last estimate. */
-static void begin_anew(const Window *s, const real *given, real *memory, real time, real *result)
+static void begin_anew(const Window *s, const real *given, real *memory, real time, const real *y,
+                       real *result)
 {
     const Model *m = &s->model;
     const Memory *at = &s->memory;
@@ -241,7 +254,7 @@ static void begin_anew(const Window *s, const real *given, real *memory, real ti
     memory[at->stayed] = 0;
     memory[at->times] = time;
     memory[at->moved] = INFINITY;
-    take_readings(s, memory, 0, s->nothing);
+    take_readings(s, memory, 0, without_readings(s, y));
     o->ring[MADE] = 0;
     for (integer i = 0; i < n_r * n_r; i++) o->S[i] = NAN;
     report(m, &s->result, result, time, mean, P, o->v, o->S, o->nothing_present,
@@ -263,6 +276,7 @@ void window_step(void *self, const real *given, real *memory, real time, const r
         result[s->result.step_time_s] = (real)(now(s) - start);
         return;
     }
+    y = with_inputs(&s->model, given + at->inputs, y);
 #if RESTS
     const real dt = before > 0 ? time - given[at->times + before - 1] : 0;
     y = with_rest(&s->model, &s->rest, at, given, memory, dt, y);
@@ -270,9 +284,9 @@ void window_step(void *self, const real *given, real *memory, real time, const r
     if (attempt(s, given, memory, time, y, start, result) & STATUS_NOT_FINITE) {
         /* A reading so far off that its square overflows would spoil the window for N
          * steps: the instant stays, its readings go. */
-        integer status = attempt(s, given, memory, time, s->nothing, start, result);
+        integer status = attempt(s, given, memory, time, without_readings(s, y), start, result);
         if (status & STATUS_NOT_FINITE)
-            begin_anew(s, given, memory, time, result);
+            begin_anew(s, given, memory, time, y, result);
         else
             result[s->result.status] = (real)((status & ~STATUS_NO_READING) | STATUS_NOT_FINITE);
     }
@@ -283,5 +297,5 @@ int window_batch(Window *s, real *memory, real *other, integer n, const real *ti
                  const real *y, real *results)
 {
     real *both[] = {memory, other};
-    return batch(window_step, s, both, n, time, y, s->model.n_y, results, s->result.size);
+    return batch(window_step, s, both, n, time, y, s->model.n_row, results, s->result.size);
 }

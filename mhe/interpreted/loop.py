@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from estimation.estimator import remarks
+from estimation.inputs import with_inputs, without_readings
 from estimation.kalman_stage import Update
 from estimation.layout import Layout
 from estimation.outputs import derived_outputs
@@ -76,7 +77,7 @@ class InterpretedWindow:
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
         """Return the state after a measurement and what the step says; `given` stays."""
         self._deadline.begin()
-        _, y = checked_input(self.memory, self._model.n_y, given, np.asarray(time_s), y)
+        _, y = checked_input(self.memory, self._model, given, np.asarray(time_s), y)
         window = View.of(self.memory, given)
         if len(window.times) and time_s < window.times[-1]:
             newest_s = float(window.times[-1])
@@ -85,13 +86,14 @@ class InterpretedWindow:
             )
             return given.copy(), late
         dt = time_s - float(window.times[-1]) if len(window.times) else 0.0
+        y = with_inputs(self._model, self.memory.view(given, "inputs"), y)
         rest, y = self._rest.step(self._rest.part(self.memory, given), dt, y)
         memory, result, status = self._attempt(given, time_s, y)
         if Status.NOT_FINITE in status:
-            nothing = np.full(self._model.n_y, np.nan)
+            nothing = without_readings(self._model, y)
             memory, result, status = self._attempt(given, time_s, nothing)
             if Status.NOT_FINITE in status:
-                memory, result = self._begin_anew(window.newest, time_s)
+                memory, result = self._begin_anew(window.newest, time_s, nothing)
                 status |= Status.NO_READING
             else:
                 status = status & ~Status.NO_READING | Status.NOT_FINITE
@@ -102,25 +104,27 @@ class InterpretedWindow:
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Return the state after n measurements and what each step says, (n, result.size)."""
-        return stepped(self, self._model.n_y, given, time_s, y)
+        return stepped(self, self._model, given, time_s, y)
 
     def solve(self, given: Array) -> tuple[Array, Array]:
         """Converge on a window as it stands; return it solved, and the result."""
         memory = given.copy()
         self._deadline.begin()
         window = View.of(self.memory, memory)
-        for k, dt in enumerate(np.diff(window.times)):
-            window.x[k + 1] = self._pass.call["move"](window.x[k], window.w[k], dt)[0]
+        for k in range(len(window.w)):
+            window.x[k + 1] = self._pass.move(window, k, window.x[k], window.w[k])
         solved = self._converge(window)
         state = replace(solved.known, mean=window.x[-1])
         return memory, self._report(window, state, solved, solved.status)
 
-    def _begin_anew(self, newest: GaussianState, time_s: float) -> tuple[Array, Array]:
+    def _begin_anew(
+        self, newest: GaussianState, time_s: float, nothing: Array
+    ) -> tuple[Array, Array]:
         """Begin a window with the last estimate, where not even its prediction is finite."""
         memory = np.zeros(self.memory.size)
         for part in ("prior", "newest"):
             put(self.memory, memory, part, newest)
-        memory, result, _ = self._attempt(memory, time_s, np.full(self._model.n_y, np.nan))
+        memory, result, _ = self._attempt(memory, time_s, nothing)
         return memory, result
 
     def _attempt(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array, Status]:
@@ -157,7 +161,8 @@ class InterpretedWindow:
         if len(old.times):
             dt = float(window.times[-1] - old.times[-1])
             last = replace(old.newest, mean=old.x[-1])
-            known = self._pass.stage.predict(last, dt).state
+            inputs = self._model.step_inputs(*window.y[-2:])
+            known = self._pass.stage.predict(last, dt, inputs=inputs).state
         state = replace(known, mean=window.x[-1].copy())
         return state, Solved(None, known, Status.PREDICTED)
 

@@ -59,10 +59,11 @@ class WindowSlider:
         new.demanded[-1], new.active[-1] = constraint_rows.demanded(self._model, y), 0
         new.times[-1], new.y[-1] = time_s, without_gaps(y)
         new.present[-1] = rows_present(self._model, y)
+        layout.view(memory, "inputs")[:] = y[self._model.n_y :]
         new.x[-1] = old.prior.mean
         if before:
             new.w[-1] = 0
-            new.x[-1] = self._pass.call["move"](old.x[-1], new.w[-1], time_s - old.times[-1])[0]
+            new.x[-1] = self._pass.move(new, kept - 1, old.x[-1], new.w[-1])
         new.predicted[-1] = new.x[-1]
         self._choose_points(new, stays)
         new.stayed[...] = stays
@@ -78,7 +79,8 @@ class WindowSlider:
             at = window.x_lin[0], window.prior_deviation
             updated = stage.update(window.prior, window.y[0], window.present[0], *at)
             point = window.x_lin[0], window.w_lin[0], None, updated.deviation
-            predicted = stage.predict(updated.state, dt, *point)
+            inputs = self._model.step_inputs(*window.y[:2])
+            predicted = stage.predict(updated.state, dt, *point, inputs=inputs)
             [defect] = self._pass.call["difference"](predicted.reached, window.x_lin[1])
             return predicted.state, predicted.deviation + defect
         rows, _ = self._pass.weigh(window, 0, window.x[0])

@@ -95,10 +95,9 @@ class WindowPass(WindowTrajectory):
         for k in range(len(window.times)):
             if k:
                 dt = float(window.times[k] - window.times[k - 1])
-                at = x[k - 1], w[k - 1], scales.noises[k - 1]
-                predictions.append(
-                    self.stage.predict(gaussian, dt, *at, deviation=updates[-1].deviation)
-                )
+                at = x[k - 1], w[k - 1], scales.noises[k - 1], updates[-1].deviation
+                inputs = self.stage.model.step_inputs(window.y[k - 1], window.y[k])
+                predictions.append(self.stage.predict(gaussian, dt, *at, inputs=inputs))
                 gaussian = predictions[-1].state
                 deviation = predictions[-1].deviation + self._defect(predictions[-1], x[k])
             updates.append(

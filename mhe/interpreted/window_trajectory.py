@@ -51,9 +51,15 @@ class WindowTrajectory:
         g = np.array([self.call["constrain"](state)[0] for state in x])
         return np.where(window.demanded > 0, np.maximum(g, 0), 0.0)
 
+    def move(self, window: View, k: int, x: Array, w: Array) -> Array:
+        """Return f(x, w) (n_x,) of the step behind stage k."""
+        dt = window.times[k + 1] - window.times[k]
+        inputs = self.stage.model.step_inputs(window.y[k], window.y[k + 1])
+        return self.call["move"](x, w, dt, *inputs)[0]
+
     def roll_out(self, window: View, d: Array, w: Array) -> Array:
         """Return the states (n, n_x) that start at x̄ ⊞ d and are driven by w."""
         x = [self.stage.retract(window.prior.mean, d)]
-        for k, dt in enumerate(np.diff(window.times)):
-            x.append(self.call["move"](x[-1], w[k], dt)[0])
+        for k in range(len(window.times) - 1):
+            x.append(self.move(window, k, x[-1], w[k]))
         return np.array(x)

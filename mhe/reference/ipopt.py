@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -12,6 +13,7 @@ import numpy as np
 
 from estimation.estimate import Estimate, Window
 from estimation.estimator import first_state, late_estimate, remarks
+from estimation.inputs import all_with_inputs, with_inputs, without_readings
 from estimation.kalman_stage import KalmanStage, Update
 from estimation.recording import Measurement
 from estimation.rest_detector import RestDetector
@@ -101,15 +103,18 @@ class MheIpopt:
         if state.measurements and measurement.time_s < state.measurements[-1].time_s:
             newest_s = state.measurements[-1].time_s
             return state, late_estimate(self.model, newest_s, state.newest)
-        dt = measurement.time_s - state.measurements[-1].time_s if state.measurements else 0.0
-        rest, y = self._rest.step(state.rest, dt, measurement.y)
+        last = state.measurements[-1] if state.measurements else None
+        dt = 0.0 if last is None else measurement.time_s - last.time_s
+        before = None if last is None else last.y[self.model.n_y :]
+        y = with_inputs(self.model, before, measurement.y)
+        rest, y = self._rest.step(state.rest, dt, y)
         state, measurement = replace(state, rest=rest), replace(measurement, y=y)
         window, estimate = self._attempt(state, measurement)
         if Status.NOT_FINITE not in estimate.status:
             return window, estimate
         # A reading so far off that its square overflows would spoil the window for N
         # steps: the instant stays, its readings go.
-        nothing = Measurement(measurement.time_s, np.full(self.model.n_y, np.nan))
+        nothing = Measurement(measurement.time_s, without_readings(self.model, y))
         window, estimate = self._attempt(state, nothing)
         status = estimate.status & ~Status.NO_READING | Status.NOT_FINITE
         return window, replace(estimate, status=status)
@@ -118,7 +123,8 @@ class MheIpopt:
         self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
     ) -> WindowSolution:
         """Solve one window of at most N + 1 stages from a given start."""
-        window = MheState(prior, measurements, (), None, prior)
+        rows = all_with_inputs(self.model, measurements)
+        window = MheState(prior, rows, (), None, prior)
         trajectory, status, iterations = self._solve(window, guess)
         newest = self._covariance_pass(window, trajectory)[1]
         cost = self._cost(trajectory, window)
@@ -154,7 +160,8 @@ class MheIpopt:
             return first, guess
         dt = measurement.time_s - state.measurements[-1].time_s
         no_noise = np.zeros(model.n_w)
-        predicted = np.asarray(model.f(state.trajectory.states[-1], no_noise, dt)).ravel()
+        inputs = model.step_inputs(state.measurements[-1].y, measurement.y)
+        predicted = np.asarray(model.f(state.trajectory.states[-1], no_noise, dt, *inputs)).ravel()
         guess = Trajectory(
             np.vstack([state.trajectory.states, predicted]),
             np.vstack([state.trajectory.noises, no_noise]),
@@ -202,9 +209,10 @@ class MheIpopt:
 
     def _rolled_out(self, trajectory: Trajectory, window: MheState) -> Trajectory:
         states = [trajectory.states[0]]
-        times = [measurement.time_s for measurement in window.measurements]
-        for w, dt in zip(trajectory.noises, np.diff(times), strict=True):
-            states.append(np.asarray(self.model.f(states[-1], w, dt)).ravel())
+        pairs = itertools.pairwise(window.measurements)
+        for w, (last, here) in zip(trajectory.noises, pairs, strict=True):
+            step = here.time_s - last.time_s, *self.model.step_inputs(last.y, here.y)
+            states.append(np.asarray(self.model.f(states[-1], w, *step)).ravel())
         return Trajectory(np.array(states), trajectory.noises)
 
     def _merit(self, trajectory: Trajectory, window: MheState) -> tuple[float, float]:
@@ -235,7 +243,8 @@ class MheIpopt:
                 x, w = trajectory.states[k - 1], trajectory.noises[k - 1]
                 scale, _ = self._weights.noises(w)
                 dt = times[k] - times[k - 1]
-                gaussian = self._stage.predict(gaussian, dt, x, w, scale).state
+                inputs = self.model.step_inputs(window.measurements[k - 1].y, measurement.y)
+                gaussian = self._stage.predict(gaussian, dt, x, w, scale, inputs=inputs).state
             x, predicted = trajectory.states[k], gaussian
             rows, _ = self._weights.readings(x, measurement.y)
             update = self._stage.update(predicted, measurement.y, rows, x, None if k else away)

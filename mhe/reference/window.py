@@ -11,8 +11,8 @@ are x_k = x̃_k ⊞ D δ_k around a given trajectory x̃, with D a diagonal scal
 and w are the decision variables. A bound on a state that adds is one on its δ: the solver never
 leaves it, and asks no model for readings outside. Other bounds are constraints like g.
 
-A window shorter than the horizon is padded in front with empty stages: Δt = 0
-and nothing present, which changes nothing.
+A window shorter than the horizon is padded in front with empty stages: Δt = 0, nothing
+present and the first stage's inputs, which changes nothing.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class WindowProblem:
         boxed = tuple(i for i in bounded if i in adding)
         x_around = ca.SX.sym("x_around", n_x, n_stages)
         x_prior, L_prior = ca.SX.sym("x_prior", n_x), ca.SX.sym("L_prior", n_x, n_x)
-        y = ca.SX.sym("y", model.n_y, n_stages)
+        y = ca.SX.sym("y", model.n_row, n_stages)
         present = ca.SX.sym("present", model.n_r, n_stages)
         dt, scale = ca.SX.sym("dt", n_intervals), ca.SX.sym("scale", n_x)
         w_prior = ca.SX.sym("w_prior", n_x)
@@ -95,7 +95,8 @@ class WindowProblem:
             if k < n_intervals:
                 variables.append(w[:, k])
                 terms += [_term(w[i, k], config.noise_threshold) for i in range(n_w)]
-                reached = model.f(x[k], w[:, k], dt[k])
+                inputs = model.step_inputs(y[:, k], y[:, k + 1])
+                reached = model.f(x[k], w[:, k], dt[k], *inputs)
                 constraints.append(model.difference(x[k + 1], reached) / scale)
         parameters = ca.veccat(x_around, x_prior, L_prior, y, present, dt, scale)
         nlp = {
@@ -125,11 +126,12 @@ class WindowProblem:
         """
         model, n_pad = self.model, self.n_padded(measurements)
         present = np.zeros((self.n_intervals + 1, model.n_r))
-        y = np.zeros((self.n_intervals + 1, model.n_y))
+        y = np.zeros((self.n_intervals + 1, model.n_row))
         dt = np.zeros(self.n_intervals)
         for k, measurement in enumerate(measurements, start=n_pad):
             present[k] = rows_present(model, measurement.y)
             y[k] = without_gaps(measurement.y)
+        y[:n_pad, model.n_y :] = y[n_pad, model.n_y :]
         times = np.array([measurement.time_s for measurement in measurements])
         dt[n_pad:] = np.diff(times)
         L_prior = np.linalg.cholesky(prior.covariance)

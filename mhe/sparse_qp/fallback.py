@@ -74,4 +74,5 @@ class Fallback:
     def _measurement(self, time_s: float, y: Array, present: Array) -> Measurement:
         """Return a stage's measurement: a reading that no used row needs counts as missing."""
         needed = self._model.row_needs[present > 0].any(axis=0)
-        return Measurement(float(time_s), np.where(needed, y, np.nan))
+        kept = np.concatenate([needed, np.ones(self._model.n_u, dtype=bool)])
+        return Measurement(float(time_s), np.where(kept, y, np.nan))

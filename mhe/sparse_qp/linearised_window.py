@@ -30,7 +30,7 @@ class WindowStages(Protocol):
 
     Attributes
     ----------
-    times, y : (n,), (n, n_y) instants, and readings with zero where there is none
+    times, y : (n,), (n, n_row) instants, and readings with zero where there is none
     x, w : (n, n_x), (n - 1, n_w) the trajectory (x̃, w̃)
     prior : of the first stage
     """
@@ -113,8 +113,9 @@ class Lineariser:
         for k in range(n):
             if k:
                 dt = float(window.times[k] - window.times[k - 1])
-                at = window.x[k - 1], window.w[k - 1]
-                ahead = self.stage.predict(gaussian, dt, *at, scales.noises[k - 1], at_zero)
+                at = window.x[k - 1], window.w[k - 1], scales.noises[k - 1], at_zero
+                inputs = model.step_inputs(window.y[k - 1], window.y[k])
+                ahead = self.stage.predict(gaussian, dt, *at, inputs=inputs)
                 F[k - 1], GD[k - 1] = ahead.F, ahead.G * scales.noises[k - 1]
                 defect = self.difference(ahead.reached, window.x[k])
                 b[k - 1] = defect - ahead.G @ window.w[k - 1]

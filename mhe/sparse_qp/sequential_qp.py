@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from estimation.inputs import all_with_inputs
 from estimation.kalman_stage import without_gaps
 from estimation.recording import Measurement
 from estimation.status import Status
@@ -96,6 +97,7 @@ class SequentialQp:
             If there are none, or more than N + 1 measurements.
         """
         n, most, scheme = len(measurements), self.config.horizon + 1, self.config.scheme
+        measurements = all_with_inputs(self.model, measurements)
         if not 1 <= n <= most:
             raise InputError(f"a window of {n} measurements, expected 1 to {most}")
         if n not in self._windows:
@@ -130,9 +132,10 @@ class SequentialQp:
     ) -> _QpPoint:
         times = np.array([m.time_s for m in measurements])
         x = [guess.states[0]]
-        for w, dt in zip(guess.noises, np.diff(times), strict=True):
-            x.append(np.asarray(self.model.f(x[-1], w, dt)).ravel())
         y = np.array([without_gaps(m.y) for m in measurements])
+        for k, (w, dt) in enumerate(zip(guess.noises, np.diff(times), strict=True)):
+            inputs = self.model.step_inputs(y[k], y[k + 1])
+            x.append(np.asarray(self.model.f(x[-1], w, dt, *inputs)).ravel())
         return _QpPoint(times, y, np.array(x), guess.noises, prior)
 
     def _step(

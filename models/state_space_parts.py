@@ -1,0 +1,64 @@
+"""Parts of a state-space model: whether they fit together, and a row of what an instant has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from models.arrays import Array
+from models.errors import InputError
+from models.model_checks import check_conditions, check_prior, check_sizes, input_sizes
+from models.names import unknown
+
+
+def check_model(model: Any) -> None:
+    """Raise `InputError` unless the parts of a `models.state_space.StateSpaceModel` fit."""
+    n_x = model.n_x
+    sizes = {
+        "state_units": (len(model.state_units), n_x),
+        "f's state": (model.f.numel_in(0), n_x),
+        "f's step": (model.f.numel_in(2), 1),
+        "f's result": (model.f.numel_out(0), n_x),
+        "prior mean": (model.prior.mean.size, n_x),
+        "prior covariance": (model.prior.covariance.size, n_x * n_x),
+        "lower": (model.lower.size, n_x),
+        "upper": (model.upper.size, n_x),
+        "retract": (model.retract.numel_out(0), n_x),
+        "difference": (model.difference.numel_out(0), n_x),
+        "inequality": (model.inequality.numel_in(0), n_x),
+        "regularity": (model.regularity.numel_out(0), 1),
+        "input_units": (len(model.input_units), model.n_u),
+        **input_sizes("f", model.f, 3, (model.n_u, model.n_u) if model.n_u else ()),
+    }
+    if model.reach is not None:
+        sizes["reach"] = (model.reach.size, n_x)
+    check_sizes(model.name, sizes, model.sensors, n_x, n_u=model.n_u)
+    if model.conditions is not None:
+        rows = (int(model.inequality.numel_out(0)), model.n_y)
+        check_conditions(model.name, model.conditions, rows)
+    check_prior(model.name, model.prior, n_x)
+
+
+def stacked_row(model: Any, readings: Mapping[str, Array], inputs: Mapping[str, float]) -> Array:
+    """Return a row (n_row,) of readings and inputs; see `stack` of the model.
+
+    Raises
+    ------
+    InputError
+        If a reading has another shape, or an input is unknown.
+    """
+    parts = []
+    for sensor in model.sensors:
+        value = np.asarray(readings.get(sensor.name, np.full(sensor.n_y, np.nan)), dtype=float)
+        if value.shape != (sensor.n_y,):
+            raise InputError(
+                f"reading of {sensor.name} has shape {value.shape}, expected ({sensor.n_y},)"
+            )
+        parts.append(value)
+    given = dict(inputs)
+    known = [given.pop(name, np.nan) for name in model.input_names]
+    for name in given:
+        raise unknown(f"model {model.name}: input", name, model.input_names)
+    return np.concatenate([np.zeros(0), *parts, np.array(known, dtype=float)])
