@@ -124,8 +124,7 @@ def _seen(scope: Scope, chosen: tuple[str, ...]) -> Mapping[str, bool]:
     rated = [name for name in chosen if name in sensors_with_a_rate(pen)]
     if not rated:
         raise InputError(
-            f"none of the sensors {', '.join(chosen)} of pen {pen.name} has a rate, "
-            "expected rate_hz"
+            f"sensors {', '.join(chosen)} of pen {pen.name} have no rate, expected rate_hz"
         )
     model = pen_model(pen, rated)
     whole = simulate(pen, rated, motion=scope.motion, duration_s=DURATION_S, seed=0)
