@@ -30,7 +30,8 @@ SHORT = 8
 QUICK = window_table(len(window_models()) * len(KINDS), horizons=(SHORT,))
 REPRESENTATIVE = ("turntable accel+gyro", "pen5 accel+gyro", "pen6 accel+gyro+camera")
 """Models that are always tried; the others are slow to compile."""
-MOST_ABOVE, LEAST_SAME = 0.01, 0.95
+MOST_ABOVE, LEAST_SAME = 0.01, 0.97
+"""Of windows, in a table of a thousand; the few that cannot be told apart from rounding included."""
 
 
 def listed(rows: Sequence[WindowRow]) -> str:
@@ -61,7 +62,9 @@ def test_the_optimum_is_ipopts(model: str) -> None:
 @pytest.mark.slow
 def test_the_optimum_is_ipopts_on_a_thousand_windows(tmp_path: Path) -> None:
     rows = compare_all(window_table(1000), tmp_path, jobs=2)
-    assert check(rows).verdicts[SAME] >= LEAST_SAME * len(rows)
+    found = summary(rows)
+    assert found.verdicts[ABOVE] <= MOST_ABOVE * len(rows), listed(found.above)
+    assert found.verdicts[SAME] - len(found.missed) >= LEAST_SAME * len(rows), listed(found.missed)
 
 
 @pytest.mark.parametrize(
