@@ -16,6 +16,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.manifold import additive_manifold, always_regular, no_inequality
+from models.own_bounds import Bound, own_bounds
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 from models.units import UNITS, readable_unit, split_unit
@@ -48,6 +49,8 @@ def own_model(
     transition: Callable[[ca.SX, ca.SX, ca.SX], ca.SX],
     n_noises: int,
     sensors: Mapping[str, OwnSensor],
+    *,
+    bounds: Mapping[str, Bound] | None = None,
 ) -> StateSpaceModel:
     """Build a state-space model from plain functions of symbols.
 
@@ -60,12 +63,14 @@ def own_model(
         noise inside it, so that a step of Δt = 0 changes nothing (white noise: by √Δt)
     n_noises : number of independent unit noises
     sensors : by name
+    bounds : state → (lower, upper), in its unit; None or an infinity where there is none. The
+        moving-horizon estimators obey them, a Kalman filter cannot
 
     Raises
     ------
     InputError
-        If a state's name ends in no known unit, shapes do not fit together, or a step
-        of Δt = 0 changes the state.
+        If a state's name ends in no known unit, shapes do not fit together, a step
+        of Δt = 0 changes the state, or a bound is empty or on no state.
     """
     n_x = len(states)
     for state, known in states.items():
@@ -80,6 +85,7 @@ def own_model(
     f = ca.Function("f", [x, w, dt], [x_next], ["x", "w", "dt"], ["x_next"])
     _check_empty_step(name, tuple(states), f, mean, std)
     retract, difference = additive_manifold([False] * n_x)
+    lower, upper = own_bounds(name, tuple(states), bounds or {})
     return StateSpaceModel(
         name=name,
         state_names=tuple(states),
@@ -89,8 +95,8 @@ def own_model(
         prior=GaussianState(mean, np.diag(std**2)),
         retract=retract,
         difference=difference,
-        lower=np.full(n_x, -np.inf),
-        upper=np.full(n_x, np.inf),
+        lower=lower,
+        upper=upper,
         inequality=no_inequality(n_x),
         regularity=always_regular(n_x),
     )
