@@ -24,6 +24,7 @@ from benchmark.tasks.task import Task
 from benchmark.verdicts.claims import load_claims
 from benchmark.verdicts.judge import VERDICTS, Judgement, judge
 from benchmark.verdicts.paired import paired
+from benchmark.verdicts.written import Written, criteria_written
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -67,6 +68,7 @@ class ReportPart:
     ----------
     missing : why there is less than there could be, or nothing; empty otherwise
     command : that makes its results again
+    written : claim → the commit of its criterion; empty outside a checkout
     """
 
     name: str
@@ -80,6 +82,7 @@ class ReportPart:
     judgements: Sequence[Judgement]
     comparisons: Sequence[Comparison]
     broken: Sequence[Broken]
+    written: Mapping[str, Written]
 
     def counts(self) -> dict[str, int]:
         """Return how many claims have each verdict."""
@@ -164,6 +167,7 @@ def _part(suite: Suite, results: Results, run: Mapping[str, Any]) -> ReportPart:
         judge(load_claims(suite.claims), rows),
         _comparisons(rows),
         broken_off(rows),
+        criteria_written(suite.claims) if suite.claims else {},
     )
 
 

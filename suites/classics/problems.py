@@ -151,7 +151,7 @@ def model_of(case: str) -> StateSpaceModel:
     sensor = OwnSensor(
         lambda x: problem.reads(x, given), {AXIS: "m"}, given["r"], 1 / given["dt_s"]
     )
-    bounds = None if problem.lower is None else {name: (problem.lower, None) for name in names}
+    bounds = None if problem.lower is None else dict.fromkeys(names, (problem.lower, None))
     return own_model(
         case.replace("_", " "),
         known,

@@ -11,7 +11,7 @@ from benchmark.tasks.task import Outcome, Quantity, Series, Task
 from estimation.estimator import Estimator, run
 from models.arrays import Array
 from pen_mhe.estimators import create_estimator, settings_read
-from suites.classics.problems import figures_of, model_of, problem_named, recorded, settings
+from suites.classics.problems import model_of, problem_named, recorded, settings
 
 DEVIATIONS = 3.0
 """An error within so many claimed deviations is one that the estimator knew of."""
@@ -55,12 +55,7 @@ def run_problem(task: Task) -> Outcome:
 
 @cache
 def _estimator(name: str, case: str) -> Estimator[Any]:
-    return create_estimator(name, model_of(case), **settings_read_by(name, case))
-
-
-def settings_read_by(name: str, case: str) -> dict[str, Any]:
-    """Return what an estimator reads of N: a Kalman filter nothing."""
-    return settings_read(name, settings(case)) if figures_of(case) else {}
+    return create_estimator(name, model_of(case), **settings_read(name, settings(case)))
 
 
 def _fraction(hits: Array, judged: Array) -> float:
