@@ -34,7 +34,7 @@ def run_problem(task: Task) -> Outcome:
     errors = estimate - truth
     quantities = [
         _errors(problem.judged, errors[judged], std[judged]),
-        Quantity.single(WITHIN, "1", _fraction(np.abs(errors) <= DEVIATIONS * std, judged)),
+        Quantity.single(WITHIN, "1", float((np.abs(errors) <= DEVIATIONS * std)[judged].mean())),
         Quantity.single(FINITE, "1", float(finite.mean())),
     ]
     if task.case in SUCCESS_BELOW:
@@ -56,10 +56,6 @@ def run_problem(task: Task) -> Outcome:
 @cache
 def _estimator(name: str, case: str) -> Estimator[Any]:
     return create_estimator(name, model_of(case), **settings_read(name, settings(case)))
-
-
-def _fraction(hits: Array, judged: Array) -> float:
-    return float(hits[judged].mean())
 
 
 def _errors(name: str, errors: Array, std: Array) -> Quantity:
