@@ -32,7 +32,7 @@ class Derivatives:
         self._readings = FunctionCall(ca.Function("reading_derivatives", [x, y], [H]))
         self._no_noise = np.zeros(model.n_w)
 
-    def of_step(self, x: Array, dt: float, inputs: Sequence[Array] = ()) -> tuple[Array, Array]:
+    def of_step(self, x: Array, dt: float, *, inputs: Sequence[Array] = ()) -> tuple[Array, Array]:
         """Return F (n_x, n_x) and G (n_x, n_w) of a step of `dt` seconds at x, without noise.
 
         Parameters

@@ -156,7 +156,7 @@ def observability_matrix(
         if k:
             dt = measurement.time_s - measurements[k - 1].time_s
             inputs = model.step_inputs(measurements[k - 1].y, measurement.y)
-            Phi = at.of_step(states[k - 1], dt, inputs)[0] @ Phi
+            Phi = at.of_step(states[k - 1], dt, inputs=inputs)[0] @ Phi
         H = at.of_readings(x, measurement.y)
         rows.append((H / model.noise_std[:, None]) @ Phi * D)
     return np.vstack(rows)

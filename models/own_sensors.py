@@ -49,7 +49,13 @@ class OwnSensor:
 
 
 def column(expressions: ca.SX, n: int, what: str, per: str) -> ca.SX:
-    """Return expressions as a dense column; CasADi would stretch or turn another shape."""
+    """Return expressions as a dense column; CasADi would stretch or turn another shape.
+
+    Raises
+    ------
+    InputError
+        If there are not n of them.
+    """
     found = ca.densify(ca.SX(expressions))
     if found.shape != (n, 1):
         raise InputError(f"{what} has shape {found.shape}, expected ({n}, 1): one row per {per}")

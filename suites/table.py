@@ -18,6 +18,7 @@ MODULES: Mapping[str, str] = MappingProxyType(
         "pen": "suites.pen.suite",
         "tilt": "suites.tilt.suite",
         "gyro-free": "suites.gyro_free.suite",
+        "classics": "suites.classics.suite",
         "real": "suites.real.suite",
     }
 )

@@ -120,6 +120,7 @@ criterion = "RMS error of the elevation, ekf / stoic, at most 0.5"
 of = { case = "nod", sensors = "level", estimator = "ekf", quantity = "elevation" }
 against = { estimator = "stoic" }
 at_most = 0.5
+margin = 0.1
 """,
     "suites/levels/suite.py": '''
 """The suite ``levels``."""

@@ -33,6 +33,7 @@ from benchmark.tasks.task import Task
 from benchmark.verdicts.claims import load_claims
 from benchmark.verdicts.judge import VERDICTS, Judgement, judge
 from benchmark.verdicts.paired import paired
+from benchmark.verdicts.written import Origin, criteria_written
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -76,6 +77,7 @@ class ReportPart:
     ----------
     missing : why there is less than there could be, or nothing; empty otherwise
     command : that makes its results again
+    written : claim → the commit of its criterion; empty outside a checkout
     """
 
     name: str
@@ -89,6 +91,7 @@ class ReportPart:
     judgements: Sequence[Judgement]
     comparisons: Sequence[Comparison]
     broken: Sequence[Broken]
+    written: Mapping[str, Origin]
 
     def counts(self) -> dict[str, int]:
         """Return how many claims have each verdict."""
@@ -177,6 +180,7 @@ def _part(suite: Suite, results: Results, run: Mapping[str, Any]) -> ReportPart:
         judge(load_claims(suite.claims) if suite.claims else (), rows),
         _comparisons(rows),
         broken_off(rows),
+        criteria_written(suite.claims) if suite.claims else {},
     )
 
 

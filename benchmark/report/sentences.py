@@ -17,6 +17,7 @@ from benchmark.verdicts.judge import (
     Judgement,
 )
 from benchmark.verdicts.paired import BETTER, EQUAL, SAME, WORSE
+from benchmark.verdicts.written import Origin
 
 FULL_SEEDS = 20
 
@@ -84,9 +85,10 @@ def verdict_sentence(content: Content) -> str:
     )
 
 
-def notes(claim: Claim) -> list[str]:
-    """Say why a claim is not judged, its margin, and when and why its criterion was changed."""
-    said = [f"Not judged: {claim.not_judged}"] if claim.not_judged else []
+def notes(claim: Claim, written: Mapping[str, Origin]) -> list[str]:
+    """Say when a criterion was written and changed, its margin, and why it is not judged."""
+    said = [f"Written in commit {written[claim.id]}"] if claim.id in written else []
+    said += [f"Not judged: {claim.not_judged}"] if claim.not_judged else []
     if claim.margin > 0:
         said.append(f"Of a single run, with a margin of {claim.margin:.0%}")
     return [*said, *(f"Changed on {change.on}: {change.why}" for change in claim.changed)]

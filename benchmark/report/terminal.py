@@ -122,7 +122,7 @@ def _part(part: ReportPart) -> list[str]:
                 f"{SYMBOLS[found.verdict]} {found.verdict}",
                 found.claim.says,
                 found.claim.source,
-                ". ".join([found.claim.criterion, *notes(found.claim)]),
+                ". ".join([found.claim.criterion, *notes(found.claim, part.written)]),
                 _with_interval(found.figure, found.low, found.high),
                 found.holding,
                 found.pairs,

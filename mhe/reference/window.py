@@ -17,7 +17,6 @@ present and the first stage's inputs, which changes nothing.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -29,7 +28,7 @@ from estimation.recording import Measurement
 from estimation.symbolic_stage import stacked_residual
 from mhe.config import WindowConfig
 from mhe.constraint_rows import inequality_demanded
-from mhe.loss import LEAST_SQUARES, huber, huber_weight
+from mhe.reference.terms import gauss_newton, squares, term
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -82,19 +81,19 @@ class WindowProblem:
         arrived = model.retract(x_prior, ca.tril(L_prior) @ w_prior)
         variables = [w_prior]
         constraints = [model.difference(x[0], arrived) / scale]
-        terms = [_squares(w_prior)]
+        terms = [squares(w_prior)]
         for k in range(n_stages):
             measured = stacked_residual(model, y[:, k], x[k])
             whitened, row = present[:, k] * measured / model.noise_std, 0
             for sensor, threshold in zip(model.sensors, thresholds, strict=True):
-                terms.append(_term(whitened[row : row + sensor.n_r], threshold))
+                terms.append(term(whitened[row : row + sensor.n_r], threshold))
                 row += sensor.n_r
             variables.append(delta[:, k])
             constraints.append(ca.vertcat(ca.SX(0, 1), *(x[k][i] for i in curved)))
             constraints.append(model.inequality(x[k]))
             if k < n_intervals:
                 variables.append(w[:, k])
-                terms += [_term(w[i, k], config.noise_threshold) for i in range(n_w)]
+                terms += [term(w[i, k], config.noise_threshold) for i in range(n_w)]
                 inputs = model.step_inputs(y[:, k], y[:, k + 1])
                 reached = model.f(x[k], w[:, k], dt[k], *inputs)
                 constraints.append(model.difference(x[k + 1], reached) / scale)
@@ -106,7 +105,7 @@ class WindowProblem:
             "g": ca.densify(ca.vertcat(*constraints)),
         }
         cost = ca.Function("cost", [nlp["x"], parameters], [nlp["f"]], {"cse": True})
-        return cls(model, n_intervals, nlp, cost, _gauss_newton(nlp, terms), curved, boxed)
+        return cls(model, n_intervals, nlp, cost, gauss_newton(nlp, terms), curved, boxed)
 
     def parameters(
         self,
@@ -243,44 +242,4 @@ def adding_states(model: StateSpaceModel) -> frozenset[int]:
         i
         for i in range(model.n_x)
         if ca.sparsify(slopes[i, :] - unit[i, :]).nnz() == 0 and ca.is_equal(origin[i], x[i], 2)
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class _Term:
-    """One term of the objective: residual (n,), its weight ω in a Hessian, its cost ρ."""
-
-    residual: ca.SX
-    weight: ca.SX
-    cost: ca.SX
-
-
-def _squares(residual: ca.SX) -> _Term:
-    return _Term(residual, ca.SX.ones(residual.numel()), ca.sumsqr(residual) / 2)
-
-
-def _term(residual: ca.SX, threshold: float) -> _Term:
-    if threshold >= LEAST_SQUARES:
-        return _squares(residual)
-    squared = ca.sumsqr(residual)
-    weight = huber_weight(squared, ca.SX(threshold))
-    return _Term(residual, ca.repmat(weight, residual.numel(), 1), huber(squared, ca.SX(threshold)))
-
-
-def _gauss_newton(nlp: dict[str, ca.SX], terms: Sequence[_Term]) -> ca.Function:
-    """Return the upper triangle of JᵀΩJ as a Hessian of the Lagrangian.
-
-    It leaves out the curvature of residuals, losses and constraints.
-    """
-    factor, multipliers = ca.SX.sym("lam_f"), ca.SX.sym("lam_g", nlp["g"].numel())
-    residual = ca.vertcat(*(term.residual for term in terms))
-    weight = ca.vertcat(*(term.weight for term in terms))
-    J = ca.jacobian(residual, nlp["x"])
-    return ca.Function(
-        "gauss_newton",
-        [nlp["x"], nlp["p"], factor, multipliers],
-        [ca.triu(factor * (J.T @ ca.diag(weight) @ J))],
-        ["x", "p", "lam_f", "lam_g"],
-        ["triu_hess_gamma_x_x"],
-        {"cse": True},
     )

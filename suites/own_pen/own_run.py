@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmark.pen_quantities import SETTLING_S, pen_quantities
 from benchmark.tasks.history import outcome
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Outcome, Quantity, Task
@@ -29,6 +28,7 @@ from pen_mhe.sensor_verdict import judge
 from pen_mhe.tuning.gaps import camera_elevation
 from recordings.read import read_recording
 from recordings.simulate_pen import sensors_with_a_rate, simulate
+from suites.pen_quantities import SETTLING_S, pen_quantities
 
 DURATION_S = 4.0
 """Of a simulated recording."""

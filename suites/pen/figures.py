@@ -9,7 +9,6 @@ import numpy as np
 
 from benchmark.configurations import CONFIGURATIONS, TURNTABLE_CONFIGURATIONS
 from benchmark.figures.figure import TRUTH, Figure, Line, Panel
-from benchmark.pen_quantities import SETTLING_S
 from benchmark.tasks.results import Results
 from benchmark.tasks.task import OK
 from suites.pen.pen_cases import (
@@ -23,6 +22,7 @@ from suites.pen.pen_run import SHOWN_SENSORS
 from suites.pen.stroke_figures import raw_readings, told_tolerances
 from suites.pen.table_run import START_ERRORS_DEG, STROKES, TABLE_ESTIMATORS
 from suites.pen.told_tolerance import SHOWN
+from suites.pen_quantities import SETTLING_S
 
 NAME = "pen"
 TIME = "time / s"

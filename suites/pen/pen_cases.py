@@ -15,12 +15,12 @@ from typing import Any
 from benchmark.configurations import BENCHMARK_ESTIMATORS, CONFIGURATIONS
 from benchmark.from_mhe import NEAR
 from benchmark.from_mhe import REFERENCE as OPTIMUM
-from benchmark.pen_quantities import SETTLING_S
 from models.gentle_hand import BY_SPEED
 from models.motion import Motion, TipBoundedVelocity, TipWhiteJerk, white_jerk_motion
 from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from models.printed import PRINTED_ERRORS
+from suites.pen_quantities import SETTLING_S
 
 PEN_ESTIMATORS = BENCHMARK_ESTIMATORS
 MOTION, DURATION_S = "handwriting", 4.0

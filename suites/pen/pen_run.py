@@ -12,7 +12,6 @@ from typing import Any
 from benchmark.configurations import CONFIGURATIONS
 from benchmark.from_mhe import NEAR, distance_quantity
 from benchmark.from_mhe import REFERENCE as OPTIMUM
-from benchmark.pen_quantities import pen_quantities
 from benchmark.tasks.history import outcome, state_series
 from benchmark.tasks.task import Outcome, Series, Task
 from estimation.estimator import Estimator, run
@@ -30,6 +29,7 @@ from suites.pen.pen_cases import (
     assumed_pen,
     moving_pen,
 )
+from suites.pen_quantities import pen_quantities
 
 SHOWN: Mapping[str, tuple[str, str, float]] = MappingProxyType(
     {

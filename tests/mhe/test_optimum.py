@@ -31,7 +31,7 @@ QUICK = window_table(len(window_models()) * len(KINDS), horizons=(SHORT,))
 REPRESENTATIVE = ("turntable accel+gyro", "pen5 accel+gyro", "pen6 accel+gyro+camera")
 """Models that are always tried; the others are slow to compile."""
 MOST_ABOVE, LEAST_SAME = 0.01, 0.97
-"""Of windows, in a table of a thousand; the few that cannot be told apart from rounding included."""
+"""Of windows, in a table of a thousand."""
 
 
 def listed(rows: Sequence[WindowRow]) -> str:

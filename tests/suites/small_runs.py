@@ -96,6 +96,7 @@ def small_suites(data: str) -> dict[str, SmallRun]:
         "pen": suite("pen", 8, is_ekf),
         "tilt": suite("tilt", 60),
         "gyro-free": suite("gyro-free", 40),
+        "classics": suite("classics", 8, is_ekf),
         "real": suite("real", 8, is_ekf, data),
     }
 

@@ -1,0 +1,60 @@
+"""The suite ``classics``: problems of the field on every estimator, nothing set but N."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmark.tasks.suite import Scope, Suite
+from benchmark.tasks.task import Outcome, Task
+from suites.classics.figures import figures
+from suites.classics.problems import PROBLEMS, SENSOR
+from suites.classics.run import run_problem
+
+NAME = "classics"
+SLOW = "mhe-ipopt"
+ESTIMATORS = (SLOW, "mhe", "mhe-rti", "ekf")
+"""The slow ones first."""
+ALL_FROM = 100
+"""From so many seeds on the slow one runs on all of them, below on a quarter."""
+
+
+def _seeds(estimator: str, scope: Scope) -> int:
+    is_cut = estimator == SLOW and scope.seeds < ALL_FROM
+    return scope.few_seeds if is_cut else scope.seeds
+
+
+def tasks(scope: Scope) -> Sequence[Task]:
+    """Return all tasks, those of the slowest estimator first."""
+    return [
+        Task(NAME, case, SENSOR, estimator, seed)
+        for estimator in ESTIMATORS
+        for case in PROBLEMS
+        for seed in range(_seeds(estimator, scope))
+    ]
+
+
+def run(task: Task, scope: Scope) -> Outcome:
+    """Run one task."""
+    return run_problem(task)
+
+
+SUITE = Suite(
+    name=NAME,
+    title="Classics: the field's own problems",
+    summary=(
+        "Problems on which others judge moving-horizon estimation, with their figures: two "
+        "reactions of Haseltine and Rawlings (2005), whose priors are wrong by many deviations; "
+        "an oscillator of van der Pol whose damping is estimated; a tank that is read through a "
+        "root and nearly empty. All contenders read one file and the same samples; nothing is set "
+        "but the horizon N. Truth is drawn with the model's noise; the tank's turns back at its "
+        "bound. Bounds are obeyed by the moving-horizon estimators; Kalman filters have none. "
+        "“within 3 deviations” is the fraction of the judged samples whose error is at most three "
+        "claimed deviations; “success” is 1 for a run whose RMS error is small enough, else 0. "
+        "mhe-ipopt runs on a quarter of the seeds (on all of them from 100 on)."
+    ),
+    tasks=tasks,
+    run=run,
+    claims=Path(__file__).with_name("claims.toml"),
+    figures=figures,
+)
