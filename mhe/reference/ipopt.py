@@ -109,15 +109,20 @@ class MheIpopt:
         y = with_inputs(self.model, before, measurement.y)
         rest, y = self._rest.step(state.rest, dt, y)
         state, measurement = replace(state, rest=rest), replace(measurement, y=y)
-        window, estimate = self._attempt(state, measurement)
-        if Status.NOT_FINITE not in estimate.status:
-            return window, estimate
+        found = self._attempt(state, measurement)
+        if found is not None and Status.NOT_FINITE not in found[1].status:
+            return found
         # A reading so far off that its square overflows would spoil the window for N
         # steps: the instant stays, its readings go.
         nothing = Measurement(measurement.time_s, without_readings(self.model, y))
-        window, estimate = self._attempt(state, nothing)
-        status = estimate.status & ~Status.NO_READING | Status.NOT_FINITE
-        return window, replace(estimate, status=status)
+        found = self._attempt(state, nothing)
+        if found is not None:
+            status = found[1].status & ~Status.NO_READING | Status.NOT_FINITE
+            return found[0], replace(found[1], status=status)
+        # Where not even the prediction is finite the window begins anew, with the last estimate.
+        anew = self._attempt(MheState(state.newest, (), (), None, state.newest, rest), nothing)
+        assert anew is not None
+        return anew[0], replace(anew[1], status=anew[1].status | Status.NOT_FINITE)
 
     def solve(
         self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
@@ -130,8 +135,14 @@ class MheIpopt:
         cost = self._cost(trajectory, window)
         return WindowSolution(trajectory, newest, cost, status, iterations)
 
-    def _attempt(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
+    def _attempt(
+        self, state: MheState, measurement: Measurement
+    ) -> tuple[MheState, Estimate] | None:
+        """Slide and solve; None where what is known before solving is not finite."""
         window, guess = self._slide(state, measurement)
+        known = guess.states, window.prior.mean, window.prior.covariance
+        if not all(np.isfinite(values).all() for values in known):
+            return None
         trajectory, status, iterations = self._solve(window, guess)
         newest, newest_state = self._covariance_pass(window, trajectory)
         if not np.isfinite(newest_state.covariance).all():

@@ -60,6 +60,21 @@ def test_no_step_leaves_the_domain(name: str, samples: int, seeds: int) -> None:
         assert (error <= 3 * history.std[:, 0]).mean() >= 0.95
 
 
+@pytest.mark.parametrize("arrival_cost", ["filtered", "smoothed"])
+@pytest.mark.parametrize("name", ["mhe", "mhe-rti", "mhe-ipopt"])
+def test_an_absurd_reading_is_not_for_good(name: str, arrival_cost: str) -> None:
+    """Also behind an EKF's prior, whose mean may lie outside the domain."""
+    estimator = create_estimator(name, tank(), horizon=3, arrival_cost=arrival_cost)
+    measurements, levels = drawn(60, 1)
+    measurements[20] = replace(measurements[20], y=np.array([1e200]))
+    history = run_measurements(estimator, measurements)
+    assert np.isfinite(history.mean).all()
+    assert np.isfinite(history.std).all()
+    assert not history.status[20].is_solved
+    error = np.abs(history.mean[30:, 0] - levels[30:])
+    assert (error <= 3 * history.std[30:, 0]).mean() >= 0.9
+
+
 def test_a_kalman_filter_has_no_bound_and_says_so() -> None:
     """The test's own test: without the bound the same readings end outside the domain."""
     history = run_measurements(create_estimator("ekf", tank()), drawn(300, 0)[0])
