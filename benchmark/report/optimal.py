@@ -16,8 +16,8 @@ ABOUT_OPTIMUM = (
     f"{REFERENCE} solves every window to convergence; {NEAR} has the same stretch of the same "
     "recordings. Distance: between their newest states, in claimed deviations of the state that is "
     "farthest; its root mean square and its largest over the steps, each the largest of the runs. "
-    "IPOPT is slow: it runs on a quarter of the seeds (one of five), and on the free pen on the "
-    "begin of the recording that the case's name says."
+    "IPOPT is slow: it runs on a quarter of the seeds (one of five), on the begin of a recording "
+    "where the case's name says so, and on the pen without a gyroscope in the full run only."
 )
 HEAD = (
     "Case", "Sensors", "Runs", "Steps", f"Step, {NEAR}", f"Step, {REFERENCE}", "Distance, σ",
