@@ -10,8 +10,7 @@ import casadi as ca
 import numpy as np
 
 import pen_mhe as pm
-from estimation.estimator import run_measurements
-from estimation.recording import Measurement
+from estimation import run_measurements
 
 HORIZON = 10
 POSITIVE = (0, None)
@@ -90,7 +89,7 @@ def drawn(model, truth, dt, samples, seed):
     for k in range(samples):
         states.append(x)
         y = model.sensors[0].h(x).full().ravel()
-        readings.append(Measurement(k * dt, y + model.noise_std * rng.standard_normal(1)))
+        readings.append(pm.Measurement(k * dt, y + model.noise_std * rng.standard_normal(1)))
         x = model.f(x, rng.standard_normal(model.n_w), dt).full().ravel()
     return readings, np.array(states)
 

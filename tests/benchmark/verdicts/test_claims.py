@@ -36,9 +36,12 @@ def test_changes_of_a_criterion_have_a_day_and_a_reason(tmp_path: Path) -> None:
     (claim,) = load_claims(tmp_path / "claims.toml")
     [found] = claim.changed
     assert (str(found.on), found.why) == ("2026-11-30", "it could not fail")
-    assert notes(claim) == ["Changed on 2026-11-30: it could not fail"]
+    assert notes(claim, {}) == ["Changed on 2026-11-30: it could not fail"]
     unjudged = claim.model_copy(update={"not_judged": "one run", "margin": 0.5})
-    assert notes(unjudged)[:2] == ["Not judged: one run", "Of a single run, with a margin of 50%"]
+    assert notes(unjudged, {})[:2] == [
+        "Not judged: one run",
+        "Of a single run, with a margin of 50%",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -85,4 +88,4 @@ def test_every_suite_has_claims_of_its_own(name: str) -> None:
     claims = load_claims(find_suite(name).claims)
     assert claims
     assert all(claim.id.startswith(f"{name}-") for claim in claims)
-    assert all(claim.source.startswith("[") or claim.source.startswith("ours") for claim in claims)
+    assert all(claim.source.startswith(("[", "ours", "Haseltine")) for claim in claims)
