@@ -18,15 +18,8 @@ POSITIVE = (0, None)
 
 def step(rate, density):
     """Return a transition by one Runge-Kutta step; noise of a density is added."""
-
-    def transition(x, w, dt):
-        a = rate(x)
-        b = rate(x + dt / 2 * a)
-        c = rate(x + dt / 2 * b)
-        d = rate(x + dt * c)
-        return x + dt / 6 * (a + 2 * b + 2 * c + d) + density * ca.sqrt(dt) * w
-
-    return transition
+    follow = pm.ode(lambda x, w: rate(x))
+    return lambda x, w, dt: follow(x, w, dt) + density * ca.sqrt(dt) * w
 
 
 def two_gases(x):

@@ -19,6 +19,7 @@ import numpy as np
 
 from estimation.recording import Recording, Truth
 from models.arrays import Array
+from models.differential import ode
 from models.names import unknown
 from models.own_models import own_model
 from models.own_sensors import OwnSensor
@@ -29,7 +30,6 @@ from suites.classics.rates import (
     Rate,
     a_b_c,
     at_rest,
-    runge_kutta,
     two_a_to_b,
     van_der_pol,
 )
@@ -77,8 +77,10 @@ class ClassicProblem:
         """Return (x, w, Δt) → the next x. The noise of a step grows as √Δt between samples."""
         scale = ca.DM(self.noise(given)) / (np.sqrt(given["dt_s"]) if self.per_step else 1)
 
+        follow = ode(lambda x, w: self.rate(x, given))
+
         def moved(x: ca.SX, w: ca.SX, dt: ca.SX) -> ca.SX:
-            return runge_kutta(lambda z: self.rate(z, given), x, dt) + ca.sqrt(dt) * scale * w
+            return follow(x, w, dt) + ca.sqrt(dt) * scale * w
 
         return moved
 

@@ -15,15 +15,6 @@ Figures = Mapping[str, Any]
 Rate = Callable[[ca.SX, Figures], ca.SX]
 
 
-def runge_kutta(rate: Callable[[ca.SX], ca.SX], x: ca.SX, dt: ca.SX) -> ca.SX:
-    """Return one classical step of order 4."""
-    k1 = rate(x)
-    k2 = rate(x + dt / 2 * k1)
-    k3 = rate(x + dt / 2 * k2)
-    k4 = rate(x + dt * k3)
-    return x + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-
-
 def two_a_to_b(x: ca.SX, given: Figures) -> ca.SX:
     """2 A → B in a closed vessel: partial pressures of A and B."""
     reaction = given["k"] * x[0] ** 2

@@ -20,14 +20,14 @@ STEP_S, LOWEST, NOISE_STD, WALK, HORIZON = 0.1, 1e-4, 0.05, 0.02, 10
 
 
 def tank() -> StateSpaceModel:
-    model = own_model(
+    return own_model(
         "tank",
         {"level_m": (0.3, 0.3)},
         lambda x, w, dt: x + WALK * ca.sqrt(dt) * w,
         1,
         {"flow": OwnSensor(lambda x: ca.sqrt(x[0]), {"x": "m"}, NOISE_STD)},
+        bounds={"level_m": (LOWEST, None)},
     )
-    return replace(model, lower=np.array([LOWEST]))
 
 
 def drawn(samples: int, seed: int) -> tuple[list[Measurement], Array]:
