@@ -29,6 +29,7 @@ class Status(enum.Flag):
     PREDICTED = enum.auto()
     FELL_BACK = enum.auto()
     DIGITS_LOST = enum.auto()
+    IMPROBABLE = enum.auto()
 
     @property
     def is_solved(self) -> bool:
@@ -82,5 +83,7 @@ SENTENCES = {
     Status.FELL_BACK: "Passes did not settle on the active bounds; OSQP solved the step, slower.",
     Status.DIGITS_LOST: "A reading is so much better than what was known that fewer than two digits"
     " of the standard deviations are left.",
+    Status.IMPROBABLE: "The optimum of a window is further from its readings than chance explains "
+    "once in a million: it is another minimum, or the readings are not what the model expects.",
     Status.PREDICTED: "The deadline left no time for a pass; the prediction is returned.",
 }

@@ -36,6 +36,7 @@ from types import MappingProxyType
 
 from estimation.kalman_stage import KalmanStage
 from estimation.recording import Measurement
+from mhe.domain import inside
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -83,11 +84,13 @@ def _constant(stage: KalmanStage, slide: Slide) -> GaussianState:
 
 
 def _filtered(stage: KalmanStage, slide: Slide) -> GaussianState:
-    updated = stage.update(slide.prior, slide.dropped.y, slide.row_scale)
+    x_lin = inside(stage.model, slide.prior.mean)
+    updated = stage.update(slide.prior, slide.dropped.y, slide.row_scale, x_lin=x_lin)
+    x = inside(stage.model, updated.state.mean)
     dt = slide.first.time_s - slide.dropped.time_s
     inputs = stage.model.step_inputs(slide.dropped.y, slide.first.y)
-    scale = slide.noise_scale
-    return stage.predict(updated.state, dt, noise_scale=scale, inputs=inputs).state
+    at = x, None, slide.noise_scale, stage.difference(updated.state.mean, x)
+    return stage.predict(updated.state, dt, *at, inputs=inputs).state
 
 
 def _smoothed(stage: KalmanStage, slide: Slide) -> GaussianState:

@@ -37,7 +37,8 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
     the stage is from there, squared (`mhe.reuse`), ``active`` and ``demanded`` marks of the rows of
     `mhe.constraint_rows`. ``costate`` is λ̂ that smoothed each stage, ``away`` how far later
     readings would have moved it, ``length`` its share of the squared length of the last step;
-    the first ``stayed`` stages have the factors that they were smoothed with.
+    the first ``stayed`` stages have the factors that they were smoothed with. ``wait`` is how many
+    samples the next second start waits (`mhe.second_start`).
     ``prior_deviation`` is that of the prior's mean from ``x_lin``, ``predicted`` x_k|k-1 of each
     stage when it was the newest, ``newest_mean`` and ``newest_covariance`` the last estimate,
     ``inputs`` the last known ones, NaN before the first measurement.
@@ -60,6 +61,7 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
             "away": (n_stages,),
             "length": (n_stages,),
             "stayed": (),
+            "wait": (),
             "active": (n_stages, n_c),
             "demanded": (n_stages, n_c),
             "predicted": (n_stages, n_x),
@@ -148,6 +150,9 @@ PER_STAGE = (
 BETWEEN_STAGES = ("w", "w_lin")
 
 
+WHOLE = ("stayed", "wait", "prior_deviation")
+
+
 @dataclass(frozen=True, eq=False)
 class View:
     """The stages of a window's flat array, as views: see `mhe.window_memory.window_memory`."""
@@ -167,6 +172,7 @@ class View:
     w: Array
     w_lin: Array
     stayed: Array
+    wait: Array
     prior: GaussianState
     prior_deviation: Array
     newest: GaussianState
@@ -182,8 +188,8 @@ class View:
             restored(layout.view(memory, f"{part}_mean"), layout.view(memory, f"{part}_covariance"))
             for part in ("prior", "newest")
         )
-        stayed, deviation = (layout.view(memory, name) for name in ("stayed", "prior_deviation"))
-        return cls(**stages, stayed=stayed, prior=prior, prior_deviation=deviation, newest=newest)
+        whole = {block: layout.view(memory, block) for block in WHOLE}
+        return cls(**stages, **whole, prior=prior, newest=newest)
 
 
 @dataclass(frozen=True, eq=False)

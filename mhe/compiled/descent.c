@@ -165,6 +165,18 @@ static void take(const Window *s, real *memory, integer n_noises)
     copy(o->violation, o->violation_try, s->n_c);
 }
 
+/* Whether the newest state follows from the one before: not where a prediction beyond a bound was
+ * moved inside. Such a start costs nothing that a step could be held against. */
+static int is_rolled_out(const Window *s, const real *memory)
+{
+    const integer newest = (integer)memory[s->memory.count] - 1, n_x = s->model.n_x;
+    const real *x = memory + s->memory.x, *w = memory + s->memory.w;
+    if (s->n_c == 0 || newest == 0) return 1;
+    move(s, memory, newest - 1, STAGE(x, newest - 1, n_x), STAGE(w, newest - 1, s->model.n_w),
+         s->work.reached);
+    return same(s->work.reached, STAGE(x, newest, n_x), n_x);
+}
+
 /* Gauss-Newton passes to convergence; see mhe/interpreted/descent.py. Writes trajectory and cost, and counts
  * passes on; stops before a pass that would end too late. */
 static integer descend(const Window *s, real *memory, double start, Solved *solved)
@@ -191,7 +203,8 @@ static integer descend(const Window *s, real *memory, double start, Solved *solv
         forward(s, memory, o->deviation, x, w, row_scale, noise_scale, 0);
         return STATUS_NOT_FINITE;
     }
-    real J = readings + distance / 2, base = INFINITY, alpha = 1, last_ratio = 1;
+    real J = is_rolled_out(s, memory) ? readings + distance / 2 : INFINITY;
+    real base = INFINITY, alpha = 1, last_ratio = 1;
     integer failed = 0, held = 0;
     int depth = -1, settling = 0, accelerated = 0, changed = 0;
     for (;; solved->passes++) {
@@ -305,7 +318,6 @@ static void free_covariance(const Window *s, const real *memory)
 /* Descend, and again from there where an angle went round. */
 static integer converge(const Window *s, real *memory, double start, Solved *solved)
 {
-    solved->passes = 0;
     integer status = descend(s, memory, start, solved);
     for (int turn = 0; turn < MOST_TURNS && status == 0 && is_wound(s, memory); turn++)
         status = descend(s, memory, start, solved);
@@ -316,27 +328,4 @@ static integer converge(const Window *s, real *memory, double start, Solved *sol
         if (o->ring[MADE] == 0) free_covariance(s, memory);
     }
     return status;
-}
-
-/* Converge on the window in `memory`, from the first state and the noises that it holds. */
-void window_solve(void *self, real *memory, real *result)
-{
-    const Window *s = self;
-    const integer newest = (integer)memory[s->memory.count] - 1, n_x = s->model.n_x;
-    real *x = memory + s->memory.x, *w = memory + s->memory.w;
-    Solved solved = {NAN, 1, NAN};
-    const double start = now(s);
-    for (integer k = 0; k < newest; k++)
-        move(s, memory, k, STAGE(x, k, n_x), STAGE(w, k, s->model.n_w),
-             STAGE(x, k + 1, n_x));
-    const integer status = converge(s, memory, start, &solved);
-    copy(result + s->result.mean, STAGE(x, newest, n_x), n_x);
-    covariance_of(&s->model, SLOT(s->work.P_plus, newest, s->model.n_P),
-                  result + s->result.covariance);
-    result[s->result.status] = (real)status;
-    result[s->result.iterations] = solved.passes;
-    result[s->result.cost] = solved.cost;
-    result[s->result.kkt] = solved.kkt;
-    result[s->result.reused] = 0;
-    result[s->result.step_time_s] = (real)(now(s) - start);
 }

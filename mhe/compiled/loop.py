@@ -19,8 +19,10 @@ from estimation.stored import stored, stride
 from mhe import constraint_rows
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import Clock, RealTimeConfig
+from mhe.domain import limits
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.rules import ACTIVE_SET, DESCENT, most_active
+from mhe.second_start import SECOND_START, cost_limits
 from mhe.stage_functions import carry_function, window_functions
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -28,7 +30,7 @@ from models.state_space import StateSpaceModel
 PASS_SOURCES = (
     *("trajectory.c", "factors.c", "smoother.c", "active_set.c", "deadline.c", "one_pass.c"),
 )
-DESCENT_SOURCE, WINDOW_SOURCE = "descent.c", "window.c"
+DESCENT_SOURCES, WINDOW_SOURCE = ("descent.c", "second_start.c"), "window.c"
 FUNCTIONS_OF: Mapping[str, tuple[str, ...]] = {
     "CONSTRAINED": ("constrain",),
     "LOSSES": ("measure", "shake"),
@@ -66,9 +68,10 @@ def window_loop(
     }
     left_out = {name for part, names in FUNCTIONS_OF.items() if not parts[part] for name in names}
     needed = [function for function in window if function.name() not in left_out]
+    lower, upper = limits(model)
     carry = carry_function(model) if scheme.converges else None
     carried = [] if carry is None else [[carry]]
-    descent = [DESCENT_SOURCE] if parts["CONVERGES"] else []
+    descent = DESCENT_SOURCES if parts["CONVERGES"] else ()
     sources = (*PASS_SOURCES, *descent, WINDOW_SOURCE)
     return Loop(
         sources=[Path(__file__).with_name(name) for name in sources],
@@ -88,6 +91,9 @@ def window_loop(
             "huber_noise": float(config.noise_threshold),
             "has_losses": config.has_losses,
             "n_c": n_c,
+            "lower": lower,
+            "upper": upper,
+            "cost_limits": cost_limits(n_stages, model.n_r),
             "most_active": most,
             "row_conditions": constraint_rows.needs(model),
             "arrival": list(ARRIVAL_COSTS).index(config.arrival_cost),
@@ -103,7 +109,7 @@ def window_loop(
         },
         constants={
             **{f"ARRIVAL_{name}": i for i, name in enumerate(ARRIVAL_COSTS)},
-            **(DESCENT if parts["CONVERGES"] else {}),
+            **({**DESCENT, **SECOND_START} if parts["CONVERGES"] else {}),
             **ACTIVE_SET,
             "SETTLED": SETTLED,
             **rest_constants(model),
@@ -210,6 +216,12 @@ def _work(
         **dict.fromkeys(("d", "d_try", "deviation"), n_x),
         "L_prior": n_x * n_x,
         **dict.fromkeys(("violation_try", "weight"), n_c),
+        "x_first": n_stages * n_x,
+        "w_first": n_stages * n_w,
+        "active_first": n_rows,
+        "P_newest": row * row,
+        "v_first": n_r,
+        "S_first": n_r * n_r,
     }
     sizes = {
         **{name: n_stages * width for name, width in per_stage.items()},

@@ -88,6 +88,18 @@ static integer renew(const Window *s, real *memory, const real *w, const real *n
     return 0;
 }
 
+/* Cost of the linearised window's optimum: the whitened innovations' own, and what meeting the rows
+ * of the active set adds. */
+static real linearised_cost(const Window *s, integer count, integer held)
+{
+    const Work *o = &s->work;
+    const integer n_r = s->model.n_r;
+    real cost = 0;
+    for (integer k = 0; k < count; k++) cost += dot(SLOT(o->e, k, n_r), SLOT(o->e, k, n_r), n_r) / 2;
+    for (integer a = 0; a < held; a++) cost += o->multiplier[a] * o->row_free[o->set[a]] / 2;
+    return cost;
+}
+
 /* The linearised window's optimum becomes the trajectory. Stages whose estimate is near their
  * linearisation point keep it; see `slide`. */
 static integer one_pass(const Window *s, real *memory, Solved *solved)
@@ -126,6 +138,7 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
         moved[k] = judged(s, memory, k, d_s);
     }
     copy(w, w_s, (count - 1) * n_w);
+    solved->cost = linearised_cost(s, count, held);
     note_pass(s, count - (integer)memory[at->stayed], began);
     solved->kkt = sqrt(length);
     if (CONSTRAINED && s->n_c > 0)

@@ -59,6 +59,25 @@ static real measure(const Window *s, const real *memory, const real *x, const re
     return cost;
 }
 
+/* x becomes the nearest point inside the bounds of the states that add. */
+static void keep_inside(const Window *s, real *x)
+{
+    for (integer i = 0; s->n_c > 0 && i < s->model.n_x; i++) {
+        if (x[i] < s->lower[i]) x[i] = s->lower[i];
+        if (x[i] > s->upper[i]) x[i] = s->upper[i];
+    }
+}
+
+/* Whether chance can hardly explain the cost of a minimum; see mhe/second_start.py. */
+static int is_improbable(const Window *s, const real *memory, real cost)
+{
+    const integer n_rows = (integer)memory[s->memory.count] * s->model.n_r;
+    const real *present = memory + s->memory.present;
+    integer seen = 0;
+    for (integer i = 0; i < n_rows; i++) seen += present[i] != 0;
+    return cost > s->cost_limits[seen];
+}
+
 /* What solving a window says beside its trajectory: cost (NaN where nobody counts it), passes,
  * and how far it is from the optimality conditions. */
 typedef struct {

@@ -1,5 +1,5 @@
 /* The moving horizon: slide the window onto a measurement and solve it. Behind
- * mhe/compiled/one_pass.c and, where windows are converged on, mhe/compiled/descent.c. */
+ * mhe/compiled/one_pass.c and, where windows are converged on, mhe/compiled/second_start.c. */
 
 /* How many of the oldest stages of the window to come keep their linearisation points, and with
  * them their factors: the estimates of all up to there have moved by at most `limit`, a squared
@@ -52,7 +52,9 @@ static void arrive(const Window *s, const real *given, int kept, real *memory)
     }
     int at_window = s->arrival == ARRIVAL_smoothed;
     const real dt = interval(s, given, 0);
-    const real *x_lin = at_window ? x : mean;
+    const real *x_lin = at_window ? x : o->x_prior;
+    copy(o->x_prior, mean, n_x);
+    keep_inside(s, o->x_prior);
     if (kept) {
         at_window = 1;
         x_lin = given + s->memory.x_lin;
@@ -67,9 +69,10 @@ static void arrive(const Window *s, const real *given, int kept, real *memory)
     real *predicted[] = {o->reached, o->d_minus_prior, new_P, 0, 0};
     if (!made) update(m, o->d_minus_prior, P, x_lin, y, row_scale, updated);
     if (!at_window) { /* an EKF: predict from its new mean */
-        retract(m, mean, o->d_prior, o->x_prior);
-        memset(o->d_prior, 0, (size_t)n_x * sizeof(real));
-        x_lin = o->x_prior;
+        retract(m, x_lin, o->d_prior, o->reached);
+        copy(o->x_prior, o->reached, n_x);
+        keep_inside(s, o->x_prior);
+        difference(s, o->reached, o->x_prior, o->d_prior);
         w = o->no_noise;
     }
     const real *u[] = {inputs_at(s, given, 0), inputs_at(s, given, 1)};
@@ -140,6 +143,7 @@ static void slide(const Window *s, const real *given, real *memory, real time, c
     copy(memory + at->prior_mean, given + at->prior_mean, n_x);
     copy(memory + at->prior_covariance, given + at->prior_covariance, m->n_P);
     copy(memory + at->prior_deviation, given + at->prior_deviation, n_x);
+    memory[at->wait] = given[at->wait];
     if (drop) arrive(s, given, stays > 0, memory);
     memory[at->count] = (real)(kept + 1);
     memory[at->times + kept] = time;
@@ -153,6 +157,7 @@ static void slide(const Window *s, const real *given, real *memory, real time, c
         memset(noise, 0, (size_t)n_w * sizeof(real));
         move(s, memory, kept - 1, STAGE(given + at->x, before - 1, n_x), noise, newest);
     }
+    keep_inside(s, newest);
     copy(STAGE(memory + at->predicted, kept, n_x), newest, n_x);
     choose_points(s, stays, memory);
     memory[at->stayed] = (real)stays;
@@ -207,10 +212,11 @@ static integer attempt(const Window *s, const real *given, real *memory, real ti
         told = o->nothing_present;
     } else {
 #if CONVERGES
-        status = s->iterate ? converge(s, memory, start, &solved) : one_pass(s, memory, &solved);
+        status = s->iterate ? converge_twice(s, memory, start, &solved) : one_pass(s, memory, &solved);
 #else
         status = one_pass(s, memory, &solved);
 #endif
+        if (status == 0 && (s->iterate || count == s->n_stages) && is_improbable(s, memory, solved.cost)) status = STATUS_IMPROBABLE;
         copy(mean, STAGE(memory + at->x, newest, n_x), n_x);
         copy(covariance, SLOT(o->P_plus, newest, m->n_P), m->n_P);
         if (stays > near) status |= STATUS_TIME_LIMIT;
@@ -251,7 +257,7 @@ static void begin_anew(const Window *s, const real *given, real *memory, real ti
     copy(memory + at->newest_covariance, P, m->n_P);
     memset(memory + at->prior_deviation, 0, (size_t)n_x * sizeof(real));
     memory[at->count] = 1;
-    memory[at->stayed] = 0;
+    memory[at->stayed] = memory[at->wait] = 0;
     memory[at->times] = time;
     memory[at->moved] = INFINITY;
     take_readings(s, memory, 0, without_readings(s, y));

@@ -24,6 +24,7 @@ from mhe.interpreted.window_pass import WindowPass
 from mhe.interpreted.window_point import WindowPoint
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.rules import MOST_TURNS
+from mhe.second_start import cost_limits, is_better, started_beside
 from mhe.window_memory import Scales, View, put
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -71,6 +72,7 @@ class InterpretedWindow:
         self._pass, self._rest = WindowPass(model, config), RestDetector(model)
         self._slider = WindowSlider(model, config, memory, self._pass)
         self._reuse = reuse_threshold(model, config)
+        self._cost_limits = cost_limits(config.horizon + 1, model.n_r)
         self._deadline = Deadline(config.deadline_s, clock or time.perf_counter)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
@@ -113,7 +115,7 @@ class InterpretedWindow:
         window = View.of(self.memory, memory)
         for k in range(len(window.w)):
             window.x[k + 1] = self._pass.move(window, k, window.x[k], window.w[k])
-        solved = self._converge(window)
+        solved = self._judge(window, self._converge_twice(window))
         state = replace(solved.known, mean=window.x[-1])
         return memory, self._report(window, state, solved, solved.status)
 
@@ -138,7 +140,8 @@ class InterpretedWindow:
         if not has_time:
             state, solved = self._only_predict(old, window)
         else:
-            solved = self._converge(window) if self._scheme.converges else self._one_pass(window)
+            solve = self._converge_twice if self._scheme.converges else self._one_pass
+            solved = self._judge(window, solve(window))
             state = replace(solved.known, mean=window.x[-1])
         status = solved.status
         if has_time and stays > near:
@@ -194,7 +197,7 @@ class InterpretedWindow:
             for k, by in list(enumerate(_moved(found)))[renewed]:
                 window.moved[k] = self._judged(window, k, by, found.expected[k])
         kkt = max(np.sqrt(found.length), self._largest_excess(window, found.row_std))
-        return Solved(found.newest, found.newest.state, found.held.status, 1, kkt=kkt)
+        return Solved(found.newest, found.newest.state, found.held.status, 1, found.cost, kkt)
 
     def _judged(self, window: View, k: int, by: float, expected: Array) -> float:
         """Return how far a stage is from its linearisation point, squared, as one_pass.c does."""
@@ -209,13 +212,52 @@ class InterpretedWindow:
         exceeded = excess > 0
         return float((excess[exceeded] / row_std[exceeded]).max(initial=0.0))
 
-    def _converge(self, window: View) -> Solved:
-        """Passes to convergence."""
+    def _judge(self, window: View, solved: Solved) -> Solved:
+        """Say so where chance can hardly explain the cost of a minimum."""
+        is_full = len(window.times) > self._config.horizon
+        judged = solved.status is Status.SOLVED and (self._scheme.converges or is_full)
+        if judged and self._is_improbable(window, solved.cost):
+            return replace(solved, status=Status.IMPROBABLE)
+        return solved
+
+    def _is_improbable(self, window: View, cost: float) -> bool:
+        return bool(cost > self._cost_limits[np.count_nonzero(window.present)])
+
+    def _is_doubtful(self, window: View, first: Solved) -> bool:
+        if first.status:
+            return Status.SOLVER_FAILED in first.status
+        if window.wait > 0:
+            window.wait[...] -= 1
+            return False
+        return self._is_improbable(window, first.cost) or bool(window.active.any())
+
+    def _converge_twice(self, window: View) -> Solved:
+        """Converge, and where the minimum is doubtful once more: mhe/compiled/second_start.c."""
+        first, count = self._converge(window), len(window.times)
+        if not self._is_doubtful(window, first) or self._deadline.affordable(count) < count:
+            return first
+        kept = [(block, block.copy()) for block in (window.x, window.w, window.active)]
+        window.x[0], window.w[:] = started_beside(self._model, window.prior), 0
+        for k in range(len(window.w)):
+            window.x[k + 1] = self._pass.move(window, k, window.x[k], window.w[k])
+        window.active[:] = 0
+        again = self._converge(window, first.iterations)
+        ends = again.status, again.cost, first.status, first.cost
+        if is_better(*ends, is_free=self._pass.n_c == 0):
+            return again
+        for block, values in kept:
+            block[:] = values
+        if first.status is Status.SOLVED and count > self._config.horizon:
+            window.wait[...] = self._config.horizon
+        return replace(first, iterations=again.iterations)
+
+    def _converge(self, window: View, passes: int = 0) -> Solved:
+        """Passes to convergence, counted on from those that were made."""
         point = WindowPoint(self._pass, window, self._deadline)
         if not np.isfinite(point.readings):
             found = self._pass.run(window, point.d, point.scales)
-            return Solved(found.newest, found.newest.state, Status.NOT_FINITE, 1)
-        end = descend(point, point.z, point.cost, self._scheme)
+            return Solved(found.newest, found.newest.state, Status.NOT_FINITE, passes + 1)
+        end = descend(point, point.z, point.cost, self._scheme, passes)
         for _ in range(MOST_TURNS):
             if end.status is not Status.SOLVED or not point.is_wound:
                 break

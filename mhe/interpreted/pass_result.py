@@ -52,9 +52,11 @@ class Pass(Smoothed):
     covariances : (n, n_x, n_x) P⁺ of the stages
     held : rows that hold it, and their multipliers
     row_std : (n, n_c) standard deviations of the rows
+    cost : of the linearised window's optimum, ½ the sum of squares
     """
 
     newest: Update
     covariances: Array
     held: Held
     row_std: Array
+    cost: float

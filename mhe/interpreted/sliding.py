@@ -10,6 +10,7 @@ from estimation.recording import Measurement
 from mhe import constraint_rows
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide
 from mhe.config import RealTimeConfig
+from mhe.domain import inside
 from mhe.interpreted.window_pass import WindowPass
 from mhe.trajectory import Trajectory
 from mhe.window_memory import BETWEEN_STAGES, PER_STAGE, View, put
@@ -64,6 +65,7 @@ class WindowSlider:
         if before:
             new.w[-1] = 0
             new.x[-1] = self._pass.move(new, kept - 1, old.x[-1], new.w[-1])
+        new.x[-1] = inside(self._model, new.x[-1])
         new.predicted[-1] = new.x[-1]
         self._choose_points(new, stays)
         new.stayed[...] = stays

@@ -54,8 +54,9 @@ class WindowPass(WindowTrajectory):
         else:
             found = self._renew(window, forward, w, settled)
         held, row_std = Held(np.zeros(0), np.zeros(0, bool), Status.SOLVED), window.demanded
+        added = 0.0
         if self.n_c and np.isfinite(found.length):
-            held, row_std, C = self._held(window, forward, found.d, x)
+            held, row_std, C, added = self._held(window, forward, found.d, x)
             window.active[:] = held.active.reshape(window.active.shape)
             if held.active.any():
                 impulses = np.einsum("kj,kij->ki", held.multipliers.reshape(row_std.shape), C)
@@ -75,7 +76,12 @@ class WindowPass(WindowTrajectory):
         found = found if finite else replace(found, length=np.nan)
         found = found if J is None else replace(found, mu=J.T @ found.mu)
         return Pass(
-            **vars(found), newest=newest, covariances=covariances, held=held, row_std=row_std
+            **vars(found),
+            newest=newest,
+            covariances=covariances,
+            held=held,
+            row_std=row_std,
+            cost=squares / 2 + added,
         )
 
     def _defect(self, prediction: Prediction, x: Array) -> Array:
@@ -189,8 +195,8 @@ class WindowPass(WindowTrajectory):
 
     def _held(
         self, window: View, forward: Forward, d_s: Array, x: Array
-    ) -> tuple[Held, Array, Array]:
-        """Return the active set, the rows' standard deviations, C (n, n_x, n_c)."""
+    ) -> tuple[Held, Array, Array, float]:
+        """Return the active set, the rows' standard deviations, C (n, n_x, n_c), the set's cost."""
         rows = [self.call["constrain"](state) for state in x]
         n, n_x = x.shape
         g, C = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
@@ -206,7 +212,9 @@ class WindowPass(WindowTrajectory):
             return self._response(forward, impulses, C)
 
         search = ActiveSet(values.ravel(), std.ravel(), respond, self._capacity)
-        return search.find(window.active.ravel() > 0), std, C
+        held = search.find(window.active.ravel() > 0)
+        added = float(held.multipliers[held.active] @ values.ravel()[held.active]) / 2
+        return held, std, C, added
 
     def _response(self, forward: Forward, impulses: Array, C: Array) -> Array:
         """Return what impulses take from the values of all rows (n n_c,)."""

@@ -31,8 +31,19 @@ class WindowPoint:
 
     @property
     def cost(self) -> float:
-        """The window's cost at the point that it began with."""
+        """The window's cost at the point that it began with; infinite where it is no trajectory."""
+        if not self._is_rolled_out:
+            return np.inf
         return self.readings + self.distance / 2
+
+    @property
+    def _is_rolled_out(self) -> bool:
+        """Whether the newest state follows from the one before; see mhe/compiled/descent.c."""
+        window, newest = self._window, len(self._window.times) - 1
+        if not self.is_constrained or newest == 0:
+            return True
+        reached = self._pass.move(window, newest - 1, window.x[-2], window.w[-1])
+        return bool((reached == window.x[-1]).all())
 
     @property
     def is_wound(self) -> bool:

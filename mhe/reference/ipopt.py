@@ -14,15 +14,17 @@ import numpy as np
 from estimation.estimate import Estimate, Window
 from estimation.estimator import first_state, late_estimate, remarks
 from estimation.inputs import all_with_inputs, with_inputs, without_readings
-from estimation.kalman_stage import KalmanStage, Update
+from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.recording import Measurement
 from estimation.rest_detector import RestDetector
 from estimation.settings import checked_config
 from estimation.status import Status
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse
 from mhe.config import MheIpoptConfig
-from mhe.constraint_rows import inequality_demanded
+from mhe.constraint_rows import constrain_function, demanded, inequality_demanded
+from mhe.domain import inside
 from mhe.reference.window import WindowProblem
+from mhe.second_start import cost_limits, is_better, started_beside
 from mhe.stage_functions import carry_function
 from mhe.trajectory import Trajectory, WindowSolution
 from mhe.weights import Weights
@@ -43,6 +45,8 @@ RETURN_STATUS: Mapping[str, Status] = MappingProxyType(
 """IPOPT's return status → ours; any other is `Status.SOLVER_FAILED`."""
 
 FEASIBILITY_TOLERANCE = 1e-6
+AT_BOUND = 1e-6
+"""A row is active so near to its limit: the barrier keeps a state off it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +61,7 @@ class MheState:
     trajectory : the last solution; None before the first measurement
     newest : the last estimate, or the prior before the first measurement
     rest : what the detector of rest remembers, see `estimation.rest.rest_blocks`
+    wait : samples that the next second start waits, see `mhe.second_start`
     """
 
     prior: GaussianState
@@ -65,6 +70,7 @@ class MheState:
     trajectory: Trajectory | None
     newest: GaussianState
     rest: Array = field(default_factory=lambda: np.zeros(0))
+    wait: int = 0
 
 
 class MheIpopt:
@@ -87,7 +93,8 @@ class MheIpopt:
         self.config = checked_config(self.name, config, MheIpoptConfig)
         self._stage, self._weights = KalmanStage(model), Weights(model, self.config)
         self._rest = RestDetector(model)
-        self._carry = carry_function(model)
+        self._carry, self._rows = carry_function(model), constrain_function(model)
+        self._cost_limits = cost_limits(self.config.horizon + 1, model.n_r)
         self._problem = WindowProblem.build(model, self.config)
         self._solver = ca.nlpsol("mhe", "ipopt", self._problem.nlp, self._solver_options())
 
@@ -130,7 +137,7 @@ class MheIpopt:
         """Solve one window of at most N + 1 stages from a given start."""
         rows = all_with_inputs(self.model, measurements)
         window = MheState(prior, rows, (), None, prior)
-        trajectory, status, iterations = self._solve(window, guess)
+        window, trajectory, status, iterations = self._solve_twice(window, guess)
         newest = self._covariance_pass(window, trajectory)[1]
         cost = self._cost(trajectory, window)
         return WindowSolution(trajectory, newest, cost, status, iterations)
@@ -143,7 +150,7 @@ class MheIpopt:
         known = guess.states, window.prior.mean, window.prior.covariance
         if not all(np.isfinite(values).all() for values in known):
             return None
-        trajectory, status, iterations = self._solve(window, guess)
+        window, trajectory, status, iterations = self._solve_twice(window, guess)
         newest, newest_state = self._covariance_pass(window, trajectory)
         if not np.isfinite(newest_state.covariance).all():
             status |= Status.NOT_FINITE
@@ -165,14 +172,15 @@ class MheIpopt:
         """Append a stage, drop the oldest where the window is full, shift the solution."""
         model = self.model
         if state.trajectory is None:
-            guess = Trajectory(state.prior.mean[None, :], np.zeros((0, model.n_w)))
-            predicted = state.prior.mean
+            predicted = inside(model, state.prior.mean)
+            guess = Trajectory(predicted[None, :], np.zeros((0, model.n_w)))
             first = replace(state, measurements=(measurement,), predictions=(predicted,))
             return first, guess
         dt = measurement.time_s - state.measurements[-1].time_s
         no_noise = np.zeros(model.n_w)
         inputs = model.step_inputs(state.measurements[-1].y, measurement.y)
-        predicted = np.asarray(model.f(state.trajectory.states[-1], no_noise, dt, *inputs)).ravel()
+        reached = np.asarray(model.f(state.trajectory.states[-1], no_noise, dt, *inputs)).ravel()
+        predicted = inside(model, reached)
         guess = Trajectory(
             np.vstack([state.trajectory.states, predicted]),
             np.vstack([state.trajectory.noises, no_noise]),
@@ -189,8 +197,49 @@ class MheIpopt:
             prior = carry(self._stage, slide)
             measurements, predictions = measurements[1:], predictions[1:]
             guess = Trajectory(guess.states[1:], guess.noises[1:])
-        moved = MheState(prior, measurements, predictions, None, state.newest, state.rest)
+        moved = replace(
+            state,
+            prior=prior,
+            measurements=measurements,
+            predictions=predictions,
+            trajectory=None,
+        )
         return moved, guess
+
+    def _solve_twice(
+        self, window: MheState, guess: Trajectory
+    ) -> tuple[MheState, Trajectory, Status, int]:
+        """Solve, and where the minimum is doubtful once more from another start."""
+        first, status, iterations = self._solve(window, guess)
+        cost, limit = self._cost(first, window), self._cost_limit(window)
+        improbable = Status.IMPROBABLE if cost > limit and not status else Status.SOLVED
+        if not status and window.wait > 0:
+            return replace(window, wait=window.wait - 1), first, improbable, iterations
+        doubtful = status & Status.SOLVER_FAILED or improbable
+        if not doubtful and (status or not self._is_held_back(first, window)):
+            return window, first, status, iterations
+        x_0 = started_beside(self.model, window.prior)
+        start = self._rolled_out(Trajectory(x_0[None], np.zeros_like(first.noises)), window)
+        other, again, more = self._solve(window, start)
+        reached = self._cost(other, window)
+        if is_better(again, reached, status, cost, is_free=not self._rows.numel_out(0)):
+            said = Status.IMPROBABLE if reached > limit and not again else again
+            return window, other, said, iterations + more
+        is_full = not status and len(window.measurements) > self.config.horizon
+        wait = self.config.horizon if is_full else 0
+        return replace(window, wait=wait), first, status | improbable, iterations + more
+
+    def _cost_limit(self, window: MheState) -> float:
+        """Return the cost that chance explains, see `mhe.second_start`."""
+        present = [rows_present(self.model, m.y) for m in window.measurements]
+        return float(self._cost_limits[np.count_nonzero(present)])
+
+    def _is_held_back(self, trajectory: Trajectory, window: MheState) -> bool:
+        """Return whether a bound or an inequality holds a trajectory."""
+        return any(
+            (np.asarray(self._rows(x)[0]).ravel()[demanded(self.model, m.y)] > -AT_BOUND).any()
+            for x, m in zip(trajectory.states, window.measurements, strict=True)
+        )
 
     def _solve(self, window: MheState, guess: Trajectory) -> tuple[Trajectory, Status, int]:
         problem = self._problem

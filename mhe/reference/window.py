@@ -28,6 +28,7 @@ from estimation.recording import Measurement
 from estimation.symbolic_stage import stacked_residual
 from mhe.config import WindowConfig
 from mhe.constraint_rows import inequality_demanded
+from mhe.domain import adding_states
 from mhe.reference.terms import gauss_newton, squares, term
 from mhe.trajectory import Trajectory
 from models.arrays import Array
@@ -229,17 +230,3 @@ class WindowProblem:
     @staticmethod
     def _padded(around: Array, n_pad: int) -> Array:
         return np.vstack([np.repeat(around[:1], n_pad, axis=0), around])
-
-
-def adding_states(model: StateSpaceModel) -> frozenset[int]:
-    """Return the indices of states of which x ⊞ δ is x + δ."""
-    x, delta = ca.SX.sym("x", model.n_x), ca.SX.sym("delta", model.n_x)
-    moved = model.retract(x, delta)
-    slopes = ca.jacobian(moved, delta)
-    origin = ca.substitute(moved, delta, ca.SX.zeros(model.n_x))
-    unit = ca.DM.eye(model.n_x)
-    return frozenset(
-        i
-        for i in range(model.n_x)
-        if ca.sparsify(slopes[i, :] - unit[i, :]).nnz() == 0 and ca.is_equal(origin[i], x[i], 2)
-    )

@@ -70,7 +70,7 @@ class BoundedRow:
     def is_optimal(self) -> bool:
         """Whether `mhe` says solved, obeys, and OSQP leaves its solution where it is."""
         near = self.osqp_status is Status.SOLVED and self.osqp_distance <= LIMIT
-        return self.status is Status.SOLVED and near and self.excess <= LIMIT
+        return self.status.is_solved and near and self.excess <= LIMIT
 
     @property
     def is_ipopts(self) -> bool:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from estimation.recording import Measurement
-from estimation.status import Status
 from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from models.arrays import Array
@@ -85,7 +84,7 @@ def test_the_residual_of_the_conditions_is_told() -> None:
     model, measurements = CASES["pendulum"]
     converged = steps(Mhe(model, MheConfig(horizon=6)), measurements)
     one_pass = steps(MheRti(model, MheRtiConfig(horizon=6)), measurements)
-    solved = [e for e in converged if e.status is Status.SOLVED]
+    solved = [e for e in converged if e.status.is_solved]
     assert len(solved) > 20
     assert max(estimate.kkt_residual for estimate in solved) < 1e-6
     assert max(estimate.kkt_residual for estimate in one_pass) > 1e-2
