@@ -40,7 +40,10 @@ def _entries(given: Any) -> Any:
 def constant_noise(
     name: str, std: Deviation, covariance: Covariance, n: int
 ) -> tuple[Array, Array | None]:
-    """Return standard deviations (n,) and diag(std) L⁻¹ (n, n), None where R is diagonal."""
+    """Return standard deviations (n,) and diag(std) L⁻¹ (n, n), None where R is diagonal.
+
+    A shape that does not fit, or an R that is no covariance, raises `InputError`.
+    """
     if std is not None:
         deviations = np.array(std, dtype=float)
         if deviations.shape not in ((), (n,)):

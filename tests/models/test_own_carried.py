@@ -22,6 +22,7 @@ from models.own_models import own_model
 from models.own_sensors import OwnSensor
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator, settings_read
+from recordings.simulate_pen import simulate_model
 from tests.engines import needs_compiler
 from tests.references import kalman
 
@@ -270,3 +271,28 @@ def test_two_readings_of_one_instant_share_noise_and_slack() -> None:
 def test_what_does_not_fit_is_refused(constraints: Any, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         cart(**constraints)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("std", [0.1, 1e-3, 1e-6])
+def test_a_curved_limit_is_what_ipopt_makes_of_it(std: float) -> None:
+    """On a pendulum, whose energy should stay low; with a bounded push."""
+
+    def transition(x: ca.SX, w: ca.SX, dt: ca.SX) -> ca.SX:
+        rate = x[1] - 9.0 * dt * ca.sin(x[0]) + 0.5 * ca.sqrt(dt) * w[0]
+        return ca.vertcat(x[0] + dt * rate, rate)
+
+    model = own_model(
+        "pendulum",
+        {"angle_rad": (0.8, 0.5), "rate_rad_s": (0.0, 1.0)},
+        transition,
+        1,
+        {"shadow": OwnSensor(lambda x: ca.sin(x[0]), {"x": "m"}, 0.05, 20.0)},
+        noise_bounds={0: (-1, 1)},
+        soft_constraints={"energy": (lambda x: x[0] ** 2 + 0.1 * x[1] ** 2 - 0.25, std)},
+    )
+    given = simulate_model(model, duration_s=2.0, seed=1)
+    ours, theirs = (run(create_estimator(name, model), given) for name in ("mhe", "mhe-ipopt"))
+    assert set(ours.status) == set(theirs.status) == {Status.SOLVED}
+    assert (np.abs(ours.mean - theirs.mean) / ours.std).max() < 1e-6
+    assert ours.column("energy").max() > 1e-6
