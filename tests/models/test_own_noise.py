@@ -12,6 +12,7 @@ from codegen.export import export_texts
 from codegen.exportable import exportable
 from codegen.exported import Exported
 from estimation.estimator import run, run_measurements
+from estimation.information_bound import information_bound
 from estimation.recording import Recording
 from estimation.status import Status
 from models.arrays import Array
@@ -126,6 +127,20 @@ def test_a_simulated_reading_is_that_far_off(case: str) -> None:
         np.linalg.solve(np.linalg.cholesky(R_of(*row)), r) for row, r in zip(u, off, strict=True)
     ]
     assert np.abs(np.cov(np.transpose(whitened)) - EYE).max() < 0.07
+
+
+def test_the_information_bound_is_the_filters() -> None:
+    """Of a linear system, wherever it is."""
+    noise, R_of = CASES["names"]
+    model, (recording, u) = boat(**noise), known_with_each_reading()
+    given = list(recording.measurements(model))
+    P, wanted = model.prior.covariance, []
+    for k, y in enumerate(recording.readings["gps"]):
+        P = P + WALK**2 * STEP_S * EYE if k else P
+        P = kalman.update(np.zeros(2), P, y, EYE, R_of(*u[k])).covariance
+        wanted.append(np.sqrt(np.diag(P)))
+    found = information_bound(model, given, np.zeros((N, 2)))
+    np.testing.assert_allclose(found.std, wanted, rtol=1e-9)
 
 
 @needs_compiler
