@@ -52,8 +52,8 @@ class EstimateHistory(NamedColumns):
     estimator : its name
     state_names : (n_x,)
     time_s : (n,)
-    mean, std : (n, n_x) states, in the units that end their names, and the deviations of the
-        tangent vector's components
+    mean, std : (n, n_x) states, in their units, and the deviations of the tangent vector's
+        components
     innovation, innovation_std : (n, n_r) and their standard deviations, NaN without a reading
     status : n statuses
     iterations : (n,)
@@ -65,6 +65,7 @@ class EstimateHistory(NamedColumns):
     difference : the model's, for errors of wrapped angles; None subtracts
     derived_names, derived, derived_std : (k,), (n, k) outputs that are not states
     outputs : the model's; None where people read its states, see `names` and `values`
+    state_units : (n_x,) as people write them; without any, SI units that end the names
     """
 
     estimator: str
@@ -87,6 +88,7 @@ class EstimateHistory(NamedColumns):
     derived: Array = field(default_factory=lambda: np.zeros((0, 0)))
     derived_std: Array = field(default_factory=lambda: np.zeros((0, 0)))
     outputs: Outputs | None = None
+    state_units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.derived_names:  # no column, and as many rows as steps

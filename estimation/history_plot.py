@@ -13,7 +13,7 @@ from estimation.recording import Truth
 from models.arrays import Array
 from models.errors import InputError
 from models.names import several, unknown
-from models.units import shown, split_unit
+from models.units import shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,7 +81,7 @@ def plot_histories(
     """
     if not histories:
         raise InputError("no history to draw, expected at least one")
-    known = list(dict.fromkeys(name for h in histories.values() for name in h.names))
+    known = known_units(histories.values())
     chosen = drawn_states(known) if states is None else list(several(states))
     for state in chosen:
         if state not in known:
@@ -92,7 +92,7 @@ def plot_histories(
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     panels = list(grid.T.ravel())  # down the first column, then down the second
     for panel, state in zip(panels, chosen, strict=False):
-        _draw(panel, histories, state, truth)
+        _draw(panel, histories, state, known[state], truth)
     for panel in panels[len(chosen) :]:
         panel.set_visible(False)
     for column in range(columns):
@@ -104,9 +104,14 @@ def plot_histories(
     return figure
 
 
-def drawn_states(known: Sequence[str]) -> list[str]:
-    """Return which of some states are drawn where none are named."""
-    found = [name for name in known if split_unit(name)[1] in SHOWN_UNITS]
+def known_units(histories: Iterable[HistoryView]) -> dict[str, str]:
+    """Return name → unit of all that some histories say."""
+    return {name: history.unit_of(name) for history in histories for name in history.names}
+
+
+def drawn_states(known: Mapping[str, str]) -> list[str]:
+    """Return which of some states, with their units, are drawn where none are named."""
+    found = [name for name, unit in known.items() if unit in SHOWN_UNITS]
     found = [name for name in found if "bias" not in name] or found
     return (found or list(known))[:MOST_PANELS]
 
@@ -124,9 +129,13 @@ def _legend(figure: Figure, panels: Iterable[Axes]) -> None:
 
 
 def _draw(
-    panel: Axes, histories: Mapping[str, HistoryView], state: str, truth: Truth | None
+    panel: Axes,
+    histories: Mapping[str, HistoryView],
+    state: str,
+    unit: str,
+    truth: Truth | None,
 ) -> None:
-    words, unit, factor = shown(state)
+    words, unit, factor = shown(state, unit)
     curves = {
         label: (h.time_s, h.column(state), h.std_of(state))
         for label, h in histories.items()

@@ -33,7 +33,7 @@ def html(history: HistoryView) -> str:
         return head
     rows = []
     for name in history.names:
-        quantity, unit, factor = shown(name)
+        quantity, unit, factor = shown(name, history.unit_of(name))
         mean, std = factor * history.column(name), factor * history.std_of(name)
         cells = (
             f"{mean[-1]:.4g} ± {std[-1]:.2g}",

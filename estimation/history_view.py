@@ -33,6 +33,9 @@ class HistoryView(Protocol):
     def std_of(self, name: str) -> Array:
         """(n,) their standard deviations."""
 
+    def unit_of(self, name: str) -> str:
+        """Unit of one of `names`, as people write it."""
+
     def is_circular(self, name: str) -> bool:
         """Whether it is an angle on the circle."""
 

@@ -12,6 +12,7 @@ from estimation.recording import Truth
 from models.arrays import Array
 from models.names import unknown
 from models.outputs import Outputs
+from models.units import readable_unit, split_unit
 
 TURN = 2 * np.pi
 
@@ -21,6 +22,7 @@ class NamedColumns:
 
     if TYPE_CHECKING:
         state_names: tuple[str, ...]
+        state_units: tuple[str, ...]
         derived_names: tuple[str, ...]
         time_s: Array
         mean: Array
@@ -41,7 +43,7 @@ class NamedColumns:
 
     @property
     def values(self) -> Array:
-        """(n, n_o) estimates of `names`, in the units that end them."""
+        """(n, n_o) estimates of `names`, in the units of `unit_of`."""
         if self.outputs is None:
             return self.mean
         return np.column_stack([self.column(name) for name in self.names])
@@ -74,6 +76,13 @@ class NamedColumns:
         if name not in self.names:
             raise unknown("state", name, self.names)
         return self.names.index(name)
+
+    def unit_of(self, name: str) -> str:
+        """Return the unit of an output or a state, as people write it; `InputError` likewise."""
+        if self.outputs is not None and name in self.outputs.names:
+            return self.outputs.units[self.outputs.names.index(name)]
+        index = self._state(name)
+        return self.state_units[index] if self.state_units else readable_unit(split_unit(name)[1])
 
     def is_circular(self, name: str) -> bool:
         """Whether a turn more makes no difference to an output, by the model's own difference."""

@@ -163,6 +163,7 @@ class ResultReader:
             outputs=self.model.outputs,
             covariances=Covariances(P, S) if covariances else None,
             difference=self.model.difference,
+            state_units=self.model.state_units,
         )
 
 

@@ -74,8 +74,8 @@ def model_text(model: ReadModel) -> str:
     """Return a line for the title, each output and each sensor."""
     n_x = len(model.state_names)
     lines = [f"StateSpaceModel {model.name}: {n_x} states, {model.n_w} noises"]
-    for name, _, mean, std in _prior_rows(model):
-        lines.append(f"  {name:32s} prior {mean:10.4g} ± {std:.4g}")
+    for name, unit, mean, std in _prior_rows(model):
+        lines.append(f"  {name:32s} prior {mean:10.4g} ± {std:.4g} {unit}".rstrip())
     for name, unit in zip(model.input_names, model.input_units, strict=True):
         lines.append(f"  {name:32s} known input{f', {unit}' if unit else ''}")
     for sensor in model.sensors:

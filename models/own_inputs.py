@@ -35,6 +35,10 @@ class OwnInputs:
         names = ("u", "u_next") if self.names else ()
         return {name: ca.SX.sym(name, len(self.names)) for name in names}
 
+    def named(self, *ends: ca.SX) -> dict[str, ca.SX]:
+        """Return name → symbol of the inputs at a step's beginning, from those at both ends."""
+        return dict(zip(self.names, ca.vertsplit(ends[0]), strict=True)) if ends else {}
+
     def over_step(self, *ends: ca.SX) -> tuple[ca.SX, ...]:
         """Return what a transition takes behind Δt, from the inputs at both ends of its step."""
         if not self.names:

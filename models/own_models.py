@@ -17,6 +17,7 @@ from models.gaussian import GaussianState
 from models.manifold import additive_manifold, always_regular, no_inequality
 from models.names import several, unknown
 from models.own_bounds import Bound, own_bounds
+from models.own_carried import SoftConstraint, carried_noises
 from models.own_inputs import Inputs, own_inputs
 from models.own_sensors import OwnSensor, column, sensor_model
 from models.state_space import StateSpaceModel
@@ -36,6 +37,8 @@ def own_model(
     bounds: Mapping[str, Bound] | None = None,
     angles: Iterable[str] = (),
     units: Mapping[str, str] | None = None,
+    noise_bounds: Mapping[int, Bound] | None = None,
+    soft_constraints: Mapping[str, SoftConstraint] | None = None,
     inputs: Inputs = (),
     interpolated: Iterable[str] = (),
 ) -> StateSpaceModel:
@@ -56,6 +59,12 @@ def own_model(
         two of them differ by the short way round
     units : state → unit (``{"temp_K": "K"}``), of those whose name ends in no SI unit; a state
         with neither has none
+    noise_bounds : number of a noise → (lower, upper), in its deviations: ``{0: (0, None)}`` is a
+        disturbance that never pulls back. The moving-horizon estimators obey them. The last w of
+        each is one more state, ``noise_0``; that of a window's first stage led to it
+    soft_constraints : name → (g, σ): g(x (n_x,)) should be ≤ 0, and costs ½ (g/σ)² where it is not.
+        A smaller σ forbids more; ``x[0] - 2.0`` with 0.05 lets x[0] exceed 2 by some 0.05. The
+        moving-horizon estimators obey them. The slack g/σ of each is one more state, by its name
     inputs : name → unit (``{"force_n": "N"}``), or names, of what is known at every instant:
         forces, set-points, parameters that vary in time. With some, transition is called with
         (x, w, Δt, u (n_u,)), and a sensor's `reads` may take (x, u). Values are a recording's
@@ -67,50 +76,59 @@ def own_model(
     ------
     InputError
         If shapes do not fit together, a step of Δt = 0 changes the state, a bound is empty, a
-        bound, an angle or a unit is of no state, or an input's name is taken.
+        bound, an angle or a unit is of no state, a bound of no noise, a soft constraint is not one
+        expression with a deviation, or a name is taken.
     """
-    n_x = len(states)
+    n_x, names = len(states), tuple(states)
     for state, known in states.items():
         if np.shape(known) != (2,) or not known[1] > 0:
             raise InputError(
                 f"model {name}: state {state} starts from {known}, "
                 "expected (mean, positive standard deviation)"
             )
-    mean, std = np.array(list(states.values()), dtype=float).reshape(n_x, 2).T
-    x, w, dt = ca.SX.sym("x", n_x), ca.SX.sym("w", n_noises), ca.SX.sym("dt")
     given = own_inputs(name, inputs, interpolated, _taken(states, sensors))
-    ends = given.symbols()
-    moved = transition(x, w, dt, *given.over_step(*ends.values()))
+    taken = {*_taken(states, sensors), *given.names}
+    bounded, soft = noise_bounds or {}, soft_constraints or {}
+    carried = carried_noises(name, n_noises, bounded, soft, taken=taken, n_x=n_x)
+    start = [*states.values(), *[(0.0, 1.0)] * len(carried.names)]
+    mean, std = np.array(start, dtype=float).reshape(-1, 2).T
+    x, w, dt = ca.SX.sym("x", len(mean)), ca.SX.sym("w", carried.n_w), ca.SX.sym("dt")
+    ends, own = given.symbols(), x[:n_x]
+    moved = transition(own, w[:n_noises], dt, *given.over_step(*ends.values()))
     x_next = column(moved, n_x, f"model {name}: transition", "state")
+    x_next = ca.vertcat(x_next, carried.after_step(x[n_x:], w, dt))
     arguments = {"x": x, "w": w, "dt": dt, **ends}
     f = ca.Function("f", list(arguments.values()), [x_next], list(arguments), ["x_next"])
-    _check_empty_step(name, tuple(states), f, mean, std)
-    names = tuple(states)
+    _check_empty_step(name, (*names, *carried.names), f, mean, std)
     wrapped = several(angles)
     for state in (*wrapped, *(units or ())):
         if state not in states:
             raise unknown(f"model {name}: state", state, states)
-    retract, difference = additive_manifold([state in wrapped for state in names])
+    retract, difference = additive_manifold(
+        [state in wrapped for state in (*names, *carried.names)]
+    )
     lower, upper = own_bounds(name, names, bounds or {})
-    return StateSpaceModel(
+    of_names = (units or {}).get
+    model = StateSpaceModel(
         name=name,
-        state_names=tuple(states),
-        state_units=tuple((units or {}).get(state, _unit(state)) for state in names),
+        state_names=(*names, *carried.names),
+        state_units=(*(of_names(state, _unit(state)) for state in names), *carried.units),
         f=f,
         sensors=tuple(
-            sensor_model(key, sensor, {"x": x}, dict(list(ends.items())[:1]))
+            sensor_model(key, sensor, x, own, given.named(*ends.values()))
             for key, sensor in sensors.items()
         ),
         prior=GaussianState(mean, np.diag(std**2)),
         retract=retract,
         difference=difference,
-        lower=lower,
-        upper=upper,
-        inequality=no_inequality(n_x),
-        regularity=always_regular(n_x),
+        lower=np.concatenate([lower, carried.lower]),
+        upper=np.concatenate([upper, carried.upper]),
+        inequality=no_inequality(len(mean)),
+        regularity=always_regular(len(mean)),
         input_names=given.names,
         input_units=given.units,
     )
+    return model.constrained(carried.inequality) if soft else model
 
 
 def _taken(states: Iterable[str], sensors: Mapping[str, OwnSensor]) -> set[str]:

@@ -2,23 +2,23 @@
 
     r = residual(y, h(x)) ~ N(0, R)
 
-With a full R = L Lᵀ the rows that estimators see are diag(std) L⁻¹ r: independent, each in its
-own unit. Row i holds what reading i says beyond those before it, so it needs them all.
+With a full R = L Lᵀ the rows that estimators see are independent (`models.own_noise`). Row i holds
+what reading i says beyond those before it, so it needs them all.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
-from models.arrays import Array
 from models.errors import InputError
 from models.manifold import wrapped_angles
 from models.names import several, unknown
 from models.own_inputs import takes_inputs
+from models.own_noise import SIGMA, Covariance, Deviation, constant_noise, varies, whitened
 from models.sensor_model import SensorModel
 
 
@@ -31,19 +31,23 @@ class OwnSensor:
     reads : takes the symbolic state (n_x,), or the state and the model's inputs (n_u,), and
         returns (n_y,) expressions
     axes : axis → unit of each component of the reading, e.g. ``{"x": "m"}``
-    noise_std : of every component, or one for each (n_y,), in its unit; larger trusts it less
+    noise_std : of every component, or one for each (n_y,), in its unit; larger trusts it less.
+        The name of one of the model's inputs (``"gps_std"``) stands for a deviation that is known
+        with each reading; a function (u (n_u,)) → (n_y,) makes one of several. A reading whose
+        deviation is not above zero says nothing. Innovations are then in standard deviations
     rate_hz : nominal rate, for the simulator
-    noise_covariance : (n_y, n_y) R of components that err together, instead of `noise_std`. A
-        reading without one of its components says nothing by those after it
+    noise_covariance : (n_y, n_y) R of components that err together, or a function (u (n_u,)) → R,
+        instead of `noise_std`. A reading without one of its components says nothing by those
+        after it
     wraps : axes that are angles on the circle, in radians: y - h is the short way round
     residual : (y (n_y,), h (n_y,)) → (n_y,), instead of y - h
     """
 
     reads: Callable[..., ca.SX]
     axes: Mapping[str, str]
-    noise_std: float | Sequence[float] | Array | None = None
+    noise_std: Deviation = None
     rate_hz: float | None = None
-    noise_covariance: Sequence[Sequence[float]] | Array | None = None
+    noise_covariance: Covariance = None
     wraps: Iterable[str] = ()
     residual: Callable[[ca.SX, ca.SX], ca.SX] | None = None
 
@@ -63,35 +67,44 @@ def column(expressions: ca.SX, n: int, what: str, per: str) -> ca.SX:
 
 
 def sensor_model(
-    name: str, sensor: OwnSensor, state: Mapping[str, ca.SX], inputs: Mapping[str, ca.SX]
+    name: str, sensor: OwnSensor, x: ca.SX, own: ca.SX, inputs: Mapping[str, ca.SX]
 ) -> SensorModel:
     """Return a sensor as the estimators see it; `InputError` where its parts do not fit.
 
-    It reads the symbols of the state, and those of the inputs where `reads` takes them.
+    It reads the inputs where `reads` takes them or the noise depends on them.
+
+    Parameters
+    ----------
+    x : symbol of the model's state
+    own : the part of x that `reads` takes
+    inputs : name → symbol of the model's inputs, entries of one vector
     """
-    read = {**state, **inputs} if takes_inputs(sensor.reads) else dict(state)
-    symbols = list(read.values())
+    if (sensor.noise_std is None) == (sensor.noise_covariance is None):
+        raise InputError(f"sensor {name}: expected either noise_std or noise_covariance")
+    noise = sensor.noise_std, sensor.noise_covariance
+    u = {"u": ca.vertcat(*inputs.values())} if inputs else {}
+    reads_inputs, is_constant = takes_inputs(sensor.reads), not varies(*noise)
+    read = {"x": x} if is_constant and not reads_inputs else {"x": x, **u}
     n, per = len(sensor.axes), f"axis ({', '.join(sensor.axes)})"
-    h = column(sensor.reads(*symbols), n, f"sensor {name}: its reading", per)
+    reading = sensor.reads(own, *(u.values() if reads_inputs else ()))
+    h = column(reading, n, f"sensor {name}: its reading", per)
     y = ca.SX.sym("y", n)
     r = column(_residual(name, sensor, y, h), n, f"sensor {name}: its residual", per)
-    std, whitening = _noise(name, sensor, n)
-    units = tuple(sensor.axes.values())
+    units = unit_of_row = tuple(sensor.axes.values())
+    if is_constant:
+        std, whitening = constant_noise(name, *noise, n)
+        r = r if whitening is None else ca.sparsify(ca.DM(whitening)) @ r
+    else:
+        r, std, unit_of_row = whitened(name, r, *noise, dict(inputs)), np.ones(n), (SIGMA,) * n
     return SensorModel(
         name=name,
         kind="own",
         axes=tuple(sensor.axes),
         unit_of_axis=units,
-        h=ca.Function(f"h_{name}", symbols, [h], list(read), ["y"]),
-        residual=ca.Function(
-            f"residual_{name}",
-            [y, *symbols],
-            [r if whitening is None else ca.sparsify(ca.DM(whitening)) @ r],
-            ["y", *read],
-            ["r"],
-        ),
+        h=ca.Function(f"h_{name}", list(read.values()), [h], list(read), ["y"]),
+        residual=ca.Function(f"residual_{name}", [y, *read.values()], [r], ["y", *read], ["r"]),
         noise_std=std,
-        unit_of_row=units,
+        unit_of_row=unit_of_row,
         rate_hz=sensor.rate_hz,
     )
 
@@ -106,25 +119,3 @@ def _residual(name: str, sensor: OwnSensor, y: ca.SX, h: ca.SX) -> ca.SX:
     if wraps:
         raise InputError(f"sensor {name} has a residual and axes that wrap, expected one of them")
     return sensor.residual(y, h)
-
-
-def _noise(name: str, sensor: OwnSensor, n: int) -> tuple[Array, Array | None]:
-    """Return standard deviations (n,) and diag(std) L⁻¹ (n, n), None where R is diagonal."""
-    if (sensor.noise_std is None) == (sensor.noise_covariance is None):
-        raise InputError(f"sensor {name}: expected either noise_std or noise_covariance")
-    if sensor.noise_std is not None:
-        std = np.array(sensor.noise_std, dtype=float)
-        if std.shape not in ((), (n,)):
-            raise InputError(f"sensor {name}: noise_std has shape {std.shape}, expected ({n},)")
-        return np.broadcast_to(std, (n,)).copy(), None
-    R = np.array(sensor.noise_covariance, dtype=float)
-    if R.shape != (n, n) or not np.allclose(R, R.T, rtol=1e-9, atol=0):
-        raise InputError(
-            f"sensor {name}: noise_covariance {R.shape}, expected symmetric ({n}, {n})"
-        )
-    try:
-        L = np.linalg.cholesky(R)
-    except np.linalg.LinAlgError:
-        raise InputError(f"sensor {name}: noise_covariance is not positive definite") from None
-    std = np.sqrt(np.diag(R))
-    return std, np.tril(std[:, None] * np.linalg.inv(L))

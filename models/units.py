@@ -59,14 +59,21 @@ def readable_unit(unit: str) -> str:
     return f"{stem}/{per.replace('2', '²')}" if per in ("s", "s2") else unit
 
 
-def shown(name: str) -> tuple[str, str, float]:
+def shown(name: str, unit: str | None = None) -> tuple[str, str, float]:
     """Return how to show a quantity: its words, its unit, and the factor from SI to that unit.
 
     ``azimuth_rate_rad_s`` → ``("azimuth rate", "°/s", 180 / π)``: angles are in degrees.
+
+    Parameters
+    ----------
+    name : of the quantity
+    unit : as people write it; none is ``""`` or ``"1"``. None is the SI unit that the name ends in
     """
-    stem, unit = split_unit(name)
-    is_angle = unit.partition("_")[0] == "rad"
-    readable = readable_unit(unit)
+    stem, suffix = split_unit(name)
+    readable = readable_unit(suffix)
+    if unit is not None and unit != readable:
+        stem, readable = name, "" if unit == "1" else unit
+    is_angle = readable.replace("/", "_").partition("_")[0] == "rad"
     return (
         stem.replace("_", " "),
         readable.replace("rad", "°", 1) if is_angle else readable,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from estimation.history import EstimateHistory
-from estimation.history_plot import drawn_states, plot_histories
+from estimation.history_plot import drawn_states, known_units, plot_histories
 from estimation.recording import Truth
 from models.errors import InputError
 from models.names import unknown
-from models.units import shown, split_unit
+from models.units import readable_unit, shown, split_unit
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class HistoryComparison:
         """
         import pandas as pd
 
-        known = {name for h in self.histories.values() for name in h.names}
+        known = known_units(self.histories.values())
         columns = error_columns(self.states, known)
         rows = [self._row(history, columns) for history in self.histories.values()]
         return pd.DataFrame(rows, index=pd.Index(list(self.histories), name="history"))
@@ -54,7 +54,9 @@ class HistoryComparison:
     @cached_property
     def figure(self) -> Figure:
         """The states over time with their ± 2 σ, a colour per history."""
-        return plot_histories(self.histories, drawn_states(self.states), truth=self.truth)
+        units = known_units(self.histories.values())
+        drawn = drawn_states({name: units[name] for name in self.states})
+        return plot_histories(self.histories, drawn, truth=self.truth)
 
     def _row(self, history: EstimateHistory, columns: Columns) -> dict[str, Any]:
         rms = (
@@ -131,12 +133,16 @@ def _usual_states(known: Sequence[str]) -> list[str]:
 
 
 def error_columns(
-    states: Sequence[str], known: Container[str]
+    states: Sequence[str], known: Mapping[str, str]
 ) -> dict[str, tuple[tuple[str, ...], float]]:
     """Return the columns of an error table for some states, as of `pen_mhe.errors.ERROR_COLUMNS`.
 
     A pen's groups, where all of their states that are known at all are among them, and each
-    other state by itself.
+    other state by itself: angles in degrees, in a column that says so.
+
+    Parameters
+    ----------
+    known : name → unit of all states that there are
     """
     columns: dict[str, tuple[tuple[str, ...], float]] = {}
     taken: set[str] = set()
@@ -147,10 +153,17 @@ def error_columns(
             taken |= set(here)
     for name in states:
         if name not in taken:
-            stem, unit = split_unit(name)
-            factor = shown(name)[2]
-            columns[f"{stem}_{unit.replace('rad', 'deg', 1)}" if unit else name] = ((name,), factor)
+            factor = shown(name, known[name])[2]
+            columns[_column(name, known[name]) if factor != 1 else name] = ((name,), factor)
     return columns
+
+
+def _column(angle: str, unit: str) -> str:
+    """Return the name of an angle's column in degrees."""
+    stem, suffix = split_unit(angle)
+    if unit != readable_unit(suffix):
+        stem, suffix = angle, unit.replace("/", "_").replace("²", "2")
+    return f"{stem}_{suffix.replace('rad', 'deg', 1)}"
 
 
 def nis_per_row(history: EstimateHistory) -> float:

@@ -96,12 +96,25 @@ def run(
     prior : mean and covariance at the first time
     F, Q : of a step of Δt
     """
+    return run_varying(prior, times, readings, F, Q, H, [R] * len(readings))
+
+
+def run_varying(
+    prior: tuple[Array, Array],
+    times: Sequence[float],
+    readings: Sequence[Array],
+    F: Callable[[float], Array],
+    Q: Callable[[float], Array],
+    H: Array,
+    R: Sequence[Array],
+) -> list[Posterior]:
+    """Return the same where each reading has an R of its own."""
     x, P = prior
     posteriors: list[Posterior] = []
     for k, y in enumerate(readings):
         if k:
             dt = times[k] - times[k - 1]
             x, P = predict(x, P, F(dt), Q(dt))
-        posteriors.append(update(x, P, y, H, R))
+        posteriors.append(update(x, P, y, H, R[k]))
         x, P = posteriors[-1].mean, posteriors[-1].covariance
     return posteriors

@@ -1,0 +1,19 @@
+"""The page about constraints runs, and says what happens."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from estimation.status import Status
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "constraints.md"
+
+
+def test_the_page_runs() -> None:
+    names: dict[str, Any] = {}
+    for block in re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL):
+        exec(compile(block, str(PAGE), "exec"), names)
+    for history in ("free", "walled", "buffered", "braked", "history"):
+        assert set(names[history].status) == {Status.SOLVED}
