@@ -11,19 +11,18 @@ from collections.abc import Callable, Iterable, Mapping
 import casadi as ca
 import numpy as np
 
-from models.arrays import Array
-from models.errors import InputError
+from models.empty_step import check_empty_step
 from models.gaussian import GaussianState
+from models.given_prior import Known, known_values
 from models.manifold import additive_manifold, always_regular, no_inequality
 from models.names import several, unknown
 from models.own_bounds import Bound, own_bounds
+from models.own_checks import check_parts
 from models.own_inputs import Inputs, own_inputs
+from models.own_parameters import OwnParts, with_parameters
 from models.own_sensors import OwnSensor, column, sensor_model
 from models.state_space import StateSpaceModel
 from models.units import readable_unit, split_unit
-
-EMPTY_STEP_TOLERANCE = 1e-12
-"""Rounding that a step of Δt = 0 may leave, of a state and its standard deviation."""
 
 
 def own_model(
@@ -38,6 +37,8 @@ def own_model(
     units: Mapping[str, str] | None = None,
     inputs: Inputs = (),
     interpolated: Iterable[str] = (),
+    parameters: Known | None = None,
+    walks: Mapping[str, float] | None = None,
 ) -> StateSpaceModel:
     """Build a state-space model from plain functions of symbols.
 
@@ -62,6 +63,12 @@ def own_model(
         `inputs`, or stand behind a measurement's readings; one that is missing is held
     interpolated : names of inputs of which a step takes the mean of both its ends; the others
         are held from its beginning
+    parameters : name → mean and standard deviation, of constants to estimate. With some, transition
+        is called with (x, w, Δt, p (n_p,)), or (x, w, Δt, u, p), and a sensor's `reads` may take
+        (x, p), or (x, u, p). They are states behind the others, without noise; `bounds`, `angles`
+        and `units` know them
+    walks : parameter → standard deviation of its random walk, its unit per √s: larger follows it
+        faster and knows it less. One that is not named is constant
 
     Raises
     ------
@@ -69,14 +76,13 @@ def own_model(
         If shapes do not fit together, a step of Δt = 0 changes the state, a bound is empty, a
         bound, an angle or a unit is of no state, or an input's name is taken.
     """
+    named = {"bounds": bounds, "units": units, "walks": walks}
+    check_parts(name, n_noises, sensors, named)
+    own = OwnParts(states, transition, n_noises, sensors)
+    own = with_parameters(name, own, parameters or {}, walks or {}, has_inputs=bool(inputs))
+    states, transition, n_noises, sensors = own.states, own.transition, own.n_noises, own.sensors
     n_x = len(states)
-    for state, known in states.items():
-        if np.shape(known) != (2,) or not known[1] > 0:
-            raise InputError(
-                f"model {name}: state {state} starts from {known}, "
-                "expected (mean, positive standard deviation)"
-            )
-    mean, std = np.array(list(states.values()), dtype=float).reshape(n_x, 2).T
+    mean, std = known_values(name, "state", states)
     x, w, dt = ca.SX.sym("x", n_x), ca.SX.sym("w", n_noises), ca.SX.sym("dt")
     given = own_inputs(name, inputs, interpolated, _taken(states, sensors))
     ends = given.symbols()
@@ -84,7 +90,6 @@ def own_model(
     x_next = column(moved, n_x, f"model {name}: transition", "state")
     arguments = {"x": x, "w": w, "dt": dt, **ends}
     f = ca.Function("f", list(arguments.values()), [x_next], list(arguments), ["x_next"])
-    _check_empty_step(name, tuple(states), f, mean, std)
     names = tuple(states)
     wrapped = several(angles)
     for state in (*wrapped, *(units or ())):
@@ -92,6 +97,7 @@ def own_model(
             raise unknown(f"model {name}: state", state, states)
     retract, difference = additive_manifold([state in wrapped for state in names])
     lower, upper = own_bounds(name, names, bounds or {})
+    check_empty_step(name, names, f, (mean, std), (lower, upper))
     return StateSpaceModel(
         name=name,
         state_names=tuple(states),
@@ -122,21 +128,3 @@ def _taken(states: Iterable[str], sensors: Mapping[str, OwnSensor]) -> set[str]:
 def _unit(state: str) -> str:
     """Return the SI unit that a name ends in, as people write it; nothing where there is none."""
     return readable_unit(split_unit(state)[1])
-
-
-def _check_empty_step(
-    name: str, states: tuple[str, ...], f: ca.Function, mean: Array, std: Array
-) -> None:
-    """Refuse a transition that needs no time: estimators take steps of Δt = 0."""
-    n_w, signs = f.numel_in(1), (-1.0) ** np.arange(len(mean))
-    inputs = [np.ones(f.numel_in(i)) for i in range(3, f.n_in())]
-    for x, noise in ((mean + std, 1.0), (mean - std, -1.0), (mean + signs * std, 0.5)):
-        moved = f(x, np.full(n_w, noise), 0.0, *inputs).full().ravel() - x
-        rest = np.abs(moved) <= EMPTY_STEP_TOLERANCE * (np.abs(x) + std)
-        if rest.all():
-            continue
-        state = states[int(np.argmin(rest))]
-        raise InputError(
-            f"model {name}: a step of Δt = 0 changes {state}, expected that it changes nothing: "
-            "scale noise by a power of Δt (white noise by √Δt)"
-        )

@@ -18,7 +18,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.manifold import wrapped_angles
 from models.names import several, unknown
-from models.own_inputs import takes_inputs
+from models.own_arguments import check_arguments, n_arguments
 from models.sensor_model import SensorModel
 
 
@@ -56,7 +56,14 @@ def column(expressions: ca.SX, n: int, what: str, per: str) -> ca.SX:
     InputError
         If there are not n of them.
     """
-    found = ca.densify(ca.SX(expressions))
+    is_list = isinstance(expressions, list | tuple)
+    try:
+        found = ca.densify(ca.vertcat(*expressions) if is_list else ca.SX(expressions))
+    except (NotImplementedError, TypeError):
+        raise InputError(
+            f"{what} is {type(expressions).__name__}, expected ({n}, 1) expressions: "
+            f"one row per {per}"
+        ) from None
     if found.shape != (n, 1):
         raise InputError(f"{what} has shape {found.shape}, expected ({n}, 1): one row per {per}")
     return found
@@ -69,7 +76,9 @@ def sensor_model(
 
     It reads the symbols of the state, and those of the inputs where `reads` takes them.
     """
-    read = {**state, **inputs} if takes_inputs(sensor.reads) else dict(state)
+    takes_inputs = callable(sensor.reads) and n_arguments(sensor.reads) > 1
+    read = {**state, **inputs} if takes_inputs else dict(state)
+    check_arguments(f"sensor {name}: reads", sensor.reads, tuple(read))
     symbols = list(read.values())
     n, per = len(sensor.axes), f"axis ({', '.join(sensor.axes)})"
     h = column(sensor.reads(*symbols), n, f"sensor {name}: its reading", per)

@@ -28,6 +28,7 @@ from mhe.trajectory import Trajectory, WindowSolution
 from mhe.weights import Weights
 from models.arrays import Array
 from models.gaussian import GaussianState
+from models.given_prior import Prior
 from models.state_space import StateSpaceModel
 
 RETURN_STATUS: Mapping[str, Status] = MappingProxyType(
@@ -91,7 +92,7 @@ class MheIpopt:
         self._problem = WindowProblem.build(model, self.config)
         self._solver = ca.nlpsol("mhe", "ipopt", self._problem.nlp, self._solver_options())
 
-    def init(self, prior: GaussianState | None = None) -> MheState:
+    def init(self, prior: Prior | None = None) -> MheState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
         prior = first_state(self.model, prior)
         if self.config.arrival_cost == "none":
