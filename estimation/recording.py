@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from estimation.input_columns import check_inputs, held
+from estimation.intervals import check_intervals
 from estimation.truth import Truth as Truth  # many take both from here
 from models.arrays import Array
 from models.errors import InputError
@@ -205,8 +206,10 @@ class Recording:
         ------
         InputError
             If the recording lacks one of the model's sensors or inputs, a sensor has another
-            number of columns, or an input is not known from the first instant on.
+            number of columns, an input is not known from the first instant on, or instants are
+            no whole number of the model's intervals apart.
         """
+        check_intervals(self.name, self.time_s, model)
         own = [s for s in model.sensors if s.rest is not None and s.name in self.readings]
         for sensor in (*model.measured_sensors, *own):
             width = self.readings[sensor.name].shape[1] if sensor.name in self.readings else None
