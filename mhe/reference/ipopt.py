@@ -295,4 +295,4 @@ class MheIpopt:
             options["hess_lag"] = self._problem.gauss_newton
         if self.config.deadline_s is not None:
             options["ipopt.max_wall_time"] = self.config.deadline_s
-        return options
+        return options | {f"ipopt.{name}": value for name, value in self.config.ipopt.items()}
