@@ -34,6 +34,12 @@ def check_parts(
                 f"model {model}: axes of sensor {name} are {sensor.axes!r}, "
                 'expected axis → unit ("" where it has none)'
             )
+        rate = sensor.rate_hz
+        if rate is not None and not (isinstance(rate, int | float | np.number) and rate > 0):
+            raise InputError(
+                f"model {model}: rate_hz of sensor {name} is {rate!r}, "
+                "expected a positive number or None"
+            )
 
 
 def _are_texts(values: Iterable[object]) -> bool:

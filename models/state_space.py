@@ -188,7 +188,7 @@ class StateSpaceModel:
         Raises
         ------
         InputError
-            If a reading has another shape, or an input is unknown.
+            If a reading has another shape, or a sensor or an input is unknown.
         """
         return stacked_row(self, readings, inputs or {})
 

@@ -17,6 +17,7 @@ from estimation.inputs import all_with_inputs, with_inputs, without_readings
 from estimation.kalman_stage import KalmanStage, Update
 from estimation.recording import Measurement
 from estimation.rest_detector import RestDetector
+from estimation.result import check_rows
 from estimation.settings import checked_config
 from estimation.status import Status
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse
@@ -101,6 +102,7 @@ class MheIpopt:
 
     def step(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
         """Slide the window onto the measurement and solve it."""
+        check_rows(self.model, np.asarray(measurement.time_s), measurement.y)
         if state.measurements and measurement.time_s < state.measurements[-1].time_s:
             newest_s = state.measurements[-1].time_s
             return state, late_estimate(self.model, newest_s, state.newest)

@@ -38,8 +38,8 @@ def started(prior: Any, name: str = "ekf") -> GaussianState:
 P = [[4.0, 1.0], [1.0, 9.0]]
 TAKEN: dict[str, tuple[Any, list[float], Any]] = {
     "the model's": (None, [1.0, -1.0], np.diag([0.25, 4.0])),
-    "lists": (GaussianState([3, 4], P), [3.0, 4.0], P),  # type: ignore[arg-type]
-    "pandas": (GaussianState(pd.Series([3, 4]), pd.DataFrame(P)), [3.0, 4.0], P),  # type: ignore[arg-type]
+    "lists": (GaussianState([3, 4], P), [3.0, 4.0], P),
+    "pandas": (GaussianState(pd.Series([3, 4]), pd.DataFrame(P)), [3.0, 4.0], P),
     "a name": ({"b_m": (5, 0.1)}, [1.0, 5.0], np.diag([0.25, 0.01])),
     "names": ({"b_m": [5, 0.1], "a_m": np.array([2, 3])}, [2.0, 5.0], np.diag([9.0, 0.01])),
 }  # fmt: skip
@@ -64,7 +64,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "infinite": (GaussianState(np.zeros(2), np.diag([1, np.inf])), "covariance has entries that"),
     "asymmetric": (GaussianState(np.zeros(2), np.array([[1, 0.5], [0, 1]])), "is not symmetric"),
     "known exactly": (GaussianState(np.zeros(2), np.diag([1.0, 0])), "is not positive definite"),
-    "texts": (GaussianState(["a", "b"], P), "mean: list that holds no numbers, expected"),  # type: ignore[arg-type]
+    "texts": (GaussianState(["a", "b"], P), "mean: list that holds no numbers, expected"),
     "another type": (([0, 0], P), "prior is of type tuple, expected a GaussianState or state"),
     "unknown": ({"c_m": (0, 1)}, "the prior's state c_m is unknown, expected one of a_m, b_m"),
     "no deviation": ({"a_m": 1.0}, r"state a_m starts from 1.0, expected \(mean, positive"),
