@@ -90,7 +90,7 @@ def filtered(model: StateSpaceModel, y: Array, u: Array) -> tuple[Array, Array]:
     return np.array(means), np.array(stds)
 
 
-@pytest.fixture(params=["compiled", "interpreted"])
+@pytest.fixture(params=["compiled", pytest.param("interpreted", marks=pytest.mark.slow)])
 def engine(request: pytest.FixtureRequest) -> None:
     if request.param == "interpreted":
         request.getfixturevalue("interpreted")

@@ -45,7 +45,7 @@ def swing() -> Recording:
     return Recording("swing", found.time_s, readings, found.truth, found.inputs)
 
 
-@pytest.fixture(params=["compiled", "interpreted"])
+@pytest.fixture(params=["compiled", pytest.param("interpreted", marks=pytest.mark.slow)])
 def engine(request: pytest.FixtureRequest) -> None:
     if request.param == "interpreted":
         request.getfixturevalue("interpreted")
@@ -122,7 +122,7 @@ def test_windows_with_bounds_and_losses_are_scipys(
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", ["mhe-rti", "mhe"])
+@pytest.mark.parametrize("name", ["mhe-rti", pytest.param("mhe", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("case", CASES)
 def test_compiled_is_interpreted(swing: Recording, name: str, case: str) -> None:
     build, losses, _ = CASES[case]

@@ -45,8 +45,9 @@ TAKEN: dict[str, tuple[Any, list[float], Any]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", LEAST_SQUARES)
-@pytest.mark.parametrize("case", TAKEN)
+@pytest.mark.parametrize(
+    ("case", "name"), [*((case, "ekf") for case in TAKEN), *(("names", n) for n in LEAST_SQUARES)]
+)
 def test_a_prior_is_taken(case: str, name: str) -> None:
     given, mean, covariance = TAKEN[case]
     found = started(given, name)

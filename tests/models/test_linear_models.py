@@ -36,6 +36,12 @@ def engine(request: pytest.FixtureRequest) -> None:
         request.getfixturevalue("interpreted")
 
 
+@pytest.fixture(params=["compiled", pytest.param("interpreted", marks=pytest.mark.slow)])
+def slow_engine(request: pytest.FixtureRequest) -> None:
+    if request.param == "interpreted":
+        request.getfixturevalue("interpreted")
+
+
 def continuous(**changes: Any) -> StateSpaceModel:
     settings: dict[str, Any] = {"G": G, "R": R, "B": B, "D": D, "prior": GaussianState(MEAN, P)}
     return linear_model("filtered spring", A, C, **{**settings, **changes})
@@ -88,7 +94,7 @@ def test_a_continuous_system_takes_any_step(name: str) -> None:
     check(name, continuous(interpolated=["u1"]), recording(times), [True, False])
 
 
-@pytest.mark.usefixtures("engine")
+@pytest.mark.usefixtures("slow_engine")
 @pytest.mark.parametrize("name", LEAST_SQUARES)
 def test_a_discrete_system_takes_whole_steps(name: str) -> None:
     """Those of several intervals are as many; stamps may be off by some of an interval."""
