@@ -18,7 +18,7 @@ from estimation.recording import Measurement
 from estimation.result import ResultReader, result_layout
 from models.arrays import Array
 from models.errors import InputError
-from models.gaussian import GaussianState
+from models.given_prior import Prior
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-parameter")
 
@@ -65,7 +65,7 @@ class Exported:
         self._step.argtypes = [address, ctypes.c_double, address, address]
         self.state = ctypes.create_string_buffer(self._library.state_size())
 
-    def init(self, prior: GaussianState | None = None) -> ExportedState:
+    def init(self, prior: Prior | None = None) -> ExportedState:
         """Return the state before the first measurement; an export has its model's prior only.
 
         Raises

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Annotated
 
 import typer
@@ -57,6 +58,21 @@ def thresholds(text: str | None) -> dict[str, float]:
         return {sensor.strip(): float(value) for sensor, value in pairs}
     except ValueError:
         raise InputError(f"thresholds {text!r}, expected e.g. accel=2,camera=3") from None
+
+
+def ipopt_options(text: str | None) -> dict[str, int | float | str]:
+    """Read ``max_iter=500,mu_strategy=adaptive`` into option → whole number, number or text."""
+    pairs = [pair.split("=") for pair in text.split(",")] if text else []
+    if any(len(pair) != 2 for pair in pairs):
+        raise InputError(f"IPOPT options {text!r}, expected e.g. max_iter=500,mu_strategy=adaptive")
+    return {name.strip(): _number_or_text(value.strip()) for name, value in pairs}
+
+
+def _number_or_text(text: str) -> int | float | str:
+    for kind in (int, float):
+        with contextlib.suppress(ValueError):
+            return kind(text)
+    return text
 
 
 def units(text: str | None) -> dict[str, str]:

@@ -14,7 +14,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from commands.option_groups import OptionGroup, option
-from commands.options import thresholds
+from commands.options import ipopt_options, thresholds
 from estimation.settings import check_settings, setting_names
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import HESSIANS
@@ -74,6 +74,11 @@ OPTIONS: Mapping[str, SettingOption] = MappingProxyType(
         ),
         "hessian": SettingOption(
             help="Of the window's cost.", kind=_choice("HessianName", HESSIANS), read=str
+        ),
+        "ipopt": SettingOption(
+            help="IPOPT's own options: max_iter=500,mu_strategy=adaptive.",
+            kind=str,
+            read=ipopt_options,
         ),
     }
 )

@@ -26,6 +26,7 @@ from estimation.symbolic_stage import difference_function
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
+from models.given_prior import Prior
 from models.state_space import StateSpaceModel
 
 
@@ -97,7 +98,7 @@ class Ekf:
         self._reader = ResultReader(model)
         self._batches = Batches(self.name, self._reader, self._engine.memory, self._engine.batch)
 
-    def init(self, prior: GaussianState | None = None) -> EkfState:
+    def init(self, prior: Prior | None = None) -> EkfState:
         """Return the state before the first measurement, from the model's prior or another.
 
         Raises
@@ -156,7 +157,7 @@ def filter_memory(model: StateSpaceModel) -> Layout:
     return Layout("Memory", {**state, **rest_blocks(model)})
 
 
-def first_filter(model: StateSpaceModel, prior: GaussianState | None) -> EkfState:
+def first_filter(model: StateSpaceModel, prior: Prior | None) -> EkfState:
     """Return the state before the first measurement; a prior of None is the model's."""
     detector = Layout("RestMemory", rest_blocks(model))
     unseen, unknown = np.zeros(len(model.sensors)), np.full(model.n_u, np.nan)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
@@ -15,8 +14,8 @@ from estimation.estimate import Estimate, EstimateHistory
 from estimation.recording import Measurement, Recording
 from estimation.status import REGULARITY_LIMIT, Status
 from models.arrays import Array
-from models.errors import InputError
 from models.gaussian import GaussianState
+from models.given_prior import Prior, given_prior
 from models.state_space import StateSpaceModel
 
 StateT = TypeVar("StateT")
@@ -36,7 +35,7 @@ class Estimator(Protocol[StateT]):
     def model(self) -> StateSpaceModel:
         """The model that it estimates."""
 
-    def init(self, prior: GaussianState | None = None) -> StateT:
+    def init(self, prior: Prior | None = None) -> StateT:
         """Return the state before the first measurement, from the model's prior or another."""
 
     def step(self, state: StateT, measurement: Measurement) -> tuple[StateT, Estimate]:
@@ -65,7 +64,7 @@ def run(
     *,
     on_step: Callable[[Estimate], None] | None = None,
     on_progress: Callable[[int], None] | None = None,
-    prior: GaussianState | None = None,
+    prior: Prior | None = None,
     covariances: bool = False,
 ) -> EstimateHistory:
     """Drive an estimator over a recording, in compiled batches where it has them.
@@ -104,7 +103,7 @@ def run_measurements(
     measurements: Iterable[Measurement],
     *,
     on_step: Callable[[Estimate], None] | None = None,
-    prior: GaussianState | None = None,
+    prior: Prior | None = None,
     covariances: bool = False,
 ) -> EstimateHistory:
     """Drive an estimator over any stream of measurements, a live one included; see `run`."""
@@ -136,24 +135,18 @@ def run_measurements(
     return EstimateHistory.joined(parts)
 
 
-def first_state(model: StateSpaceModel, prior: GaussianState | None) -> GaussianState:
-    """Return the prior to start from: the model's where none is given.
+def first_state(model: StateSpaceModel, prior: Prior | None) -> GaussianState:
+    """Return the prior to start from, the model's where none is given; see `given_prior`.
 
     Its covariance is made symmetric to the last bit, which rounding may have left it without.
 
     Raises
     ------
     InputError
-        If the prior is not of the model's size.
+        If the prior is none of the model's states.
     """
-    prior = model.prior if prior is None else prior
-    shapes, expected = (prior.mean.shape, prior.covariance.shape), ((model.n_x,), (model.n_x,) * 2)
-    if shapes != expected:
-        raise InputError(
-            f"prior of model {model.name}: mean and covariance have shapes {shapes[0]} and "
-            f"{shapes[1]}, expected {expected[0]} and {expected[1]}"
-        )
-    return replace(prior, covariance=(prior.covariance + prior.covariance.T) / 2)
+    given = model.prior if prior is None else prior
+    return given_prior(model.name, model.state_names, model.prior, given)
 
 
 def late_estimate(model: StateSpaceModel, time_s: float, state: GaussianState) -> Estimate:

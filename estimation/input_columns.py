@@ -3,22 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from models.arrays import Array
+from models.arrays import Array, numbers
 from models.errors import InputError
 from models.names import expected_one_of
 
 
-def check_inputs(recording: str, time_s: Array, inputs: Mapping[str, Array]) -> None:
-    """Raise `InputError` unless every input is (n,) numbers, NaN where it is as before."""
-    for name, values in inputs.items():
-        if values.shape != time_s.shape or np.isinf(values).any():
+def given_inputs(where: str, time_s: Array, given: Mapping[str, Any]) -> dict[str, Array]:
+    """Return inputs (n,) by name, NaN where one is as before; a number stays for all instants.
+
+    Parameters
+    ----------
+    where : ``recording run 3``
+
+    Raises
+    ------
+    InputError
+        If they are no mapping, have another shape, or are infinite.
+    """
+    expected = f"{time_s.shape} of numbers, NaN where it is as before"
+    if not isinstance(given, Mapping):
+        kind = type(given).__name__
+        raise InputError(f"{where}: inputs are a {kind}, expected name → {expected}")
+    found = {}
+    for name, values in given.items():
+        column = numbers(values, f"{where}: input {name}", expected)
+        column = np.full(time_s.shape, column) if column.ndim == 0 else column
+        if column.shape != time_s.shape or np.isinf(column).any():
             raise InputError(
-                f"recording {recording}: input {name} has values of shape {values.shape}, "
-                f"expected {time_s.shape} of numbers, NaN where it is as before"
+                f"{where}: input {name} has values of shape {np.shape(values)}, expected {expected}"
             )
+        found[name] = column
+    return found
 
 
 def held(recording: str, time_s: Array, inputs: Mapping[str, Array], name: str) -> Array:

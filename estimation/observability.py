@@ -262,9 +262,12 @@ def free_motion(
     """Return the readings without noise and the states (n, n_x) of a motion that runs freely.
 
     x_{k+1} = f(x_k, 0, Δt): nothing but the model drives it. Every sensor reads at every step,
-    but nothing says that the body rests. Inputs (n_u,) stay what they are, zero by default.
+    but nothing says that the body rests. Inputs (n_u,) stay what they are, zero by default. Steps
+    of a model of whole intervals are one at least.
     """
     states, no_noise, dt = [x], np.zeros(model.n_w), duration_s / steps
+    if model.interval_s is not None:
+        dt = model.interval_s * max(1, round(dt / model.interval_s))
     u = np.zeros(model.n_u) if inputs is None else inputs
     held = (u, u) if model.n_u else ()
     for _ in range(steps):

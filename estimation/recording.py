@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from estimation.input_columns import check_inputs, held
+from estimation.input_columns import given_inputs, held
+from estimation.intervals import check_intervals
+from estimation.reading_columns import given_columns, given_readings, given_times
 from estimation.truth import Truth as Truth  # many take both from here
-from models.arrays import Array
+from models.arrays import Array, numbers
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
 from models.names import expected_one_of
@@ -29,6 +31,11 @@ class Measurement:
     time_s: float
     y: Array
 
+    def __post_init__(self) -> None:
+        if type(self.y) is not np.ndarray or self.y.dtype != np.float64:
+            y = numbers(self.y, "readings of a measurement", "(n_row,) numbers")
+            object.__setattr__(self, "y", y)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording:
@@ -37,11 +44,11 @@ class Recording:
     Parameters
     ----------
     name : for people
-    time_s : (n,) strictly increasing, s
-    readings : sensor name → (n, n_y) in SI, NaN where the sensor has no reading
+    time_s : (n,) strictly increasing, s; lists and pandas objects are taken as well
+    readings : sensor name → (n, n_y) in SI, or (n,) of one axis, NaN where there is no reading
     truth : true states, where known; no estimator is given them
     inputs : name → (n,) known inputs of a model of one's own, in its unit, NaN where one is as it
-        was before
+        was before; a number stays
 
     Raises
     ------
@@ -57,33 +64,13 @@ class Recording:
     inputs: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "readings", FrozenMapping(self.readings))
-        object.__setattr__(self, "inputs", FrozenMapping(self.inputs))
-        if len(self.time_s) == 0:
-            raise InputError(f"recording {self.name} is empty, expected at least one sample")
-        if not np.isfinite(self.time_s).all():
-            row = int(np.flatnonzero(~np.isfinite(self.time_s))[0])
-            raise InputError(f"recording {self.name}: time of row {row} is not finite")
-        steps = np.diff(self.time_s)
-        if (steps <= 0).any():
-            row = int(np.flatnonzero(steps <= 0)[0]) + 1
-            raise InputError(
-                f"recording {self.name}: time of row {row} ({self.time_s[row]:g} s) does not "
-                f"follow the one before ({self.time_s[row - 1]:g} s), expected increasing times"
-            )
-        for sensor, values in self.readings.items():
-            if values.ndim != 2 or len(values) != len(self.time_s):
-                raise InputError(
-                    f"recording {self.name}: readings of {sensor} have shape {values.shape}, "
-                    f"expected ({len(self.time_s)}, n)"
-                )
-            if np.isinf(values).any():
-                row = int(np.argwhere(np.isinf(values))[0, 0])
-                raise InputError(
-                    f"recording {self.name}: {sensor} in row {row} is infinite, "
-                    "expected a number, or NaN where there is no reading"
-                )
-        check_inputs(self.name, self.time_s, self.inputs)
+        where = f"recording {self.name}"
+        time_s = given_times(where, self.time_s)
+        readings = given_readings(where, len(time_s), self.readings)
+        inputs = given_inputs(where, time_s, self.inputs)
+        object.__setattr__(self, "time_s", time_s)
+        object.__setattr__(self, "readings", FrozenMapping(readings))
+        object.__setattr__(self, "inputs", FrozenMapping(inputs))
 
     @classmethod
     def from_sensors(
@@ -106,19 +93,13 @@ class Recording:
         InputError
             If a sensor has two readings, or an input two values, at one time.
         """
-        given = {name: (times, values[:, None]) for name, (times, values) in (inputs or {}).items()}
-        both = [name for name in given if name in sensors]
+        given = given_columns(f"recording {name}", inputs or {})
+        both = [key for key in given if key in sensors]
         if both:
             raise InputError(
                 f"recording {name}: {both[0]} is a sensor and an input, expected two names"
             )
-        sensors = {**sensors, **given}
-        for sensor, (times, values) in sensors.items():
-            if values.ndim != 2 or len(values) != len(times):
-                raise InputError(
-                    f"recording {name}: {len(times)} times of {sensor} for values of shape "
-                    f"{values.shape}, expected ({len(times)}, n)"
-                )
+        sensors = {**given_columns(f"recording {name}", sensors), **given}
         stamps = {sensor: np.round(times, TIME_DIGITS) for sensor, (times, _) in sensors.items()}
         time_s = np.unique(np.concatenate([np.zeros(0), *stamps.values()]))
         readings = {}
@@ -205,8 +186,10 @@ class Recording:
         ------
         InputError
             If the recording lacks one of the model's sensors or inputs, a sensor has another
-            number of columns, or an input is not known from the first instant on.
+            number of columns, an input is not known from the first instant on, or instants are
+            no whole number of the model's intervals apart.
         """
+        check_intervals(self.name, self.time_s, model)
         own = [s for s in model.sensors if s.rest is not None and s.name in self.readings]
         for sensor in (*model.measured_sensors, *own):
             width = self.readings[sensor.name].shape[1] if sensor.name in self.readings else None

@@ -49,6 +49,14 @@ def checked_input(
             f"the state has {given.size} numbers, expected {memory.size}: "
             "it is that of an estimator of another model or horizon"
         )
+    check_rows(model, time_s, y)
+    if model.n_u and len(rows := np.atleast_2d(y)):
+        with_inputs(model, memory.view(given, "inputs"), rows[0])
+    return np.require(time_s, np.float64, "C"), np.require(y, np.float64, "C")
+
+
+def check_rows(model: StateSpaceModel, time_s: Array, y: Array) -> None:
+    """Raise `InputError` unless times, () or (n,), are numbers and have a row (n_row,) each."""
     if time_s.ndim > 1:
         raise InputError(f"times have shape {time_s.shape}, expected (n,)")
     if y.shape != (*time_s.shape, model.n_row):
@@ -57,9 +65,6 @@ def checked_input(
     wrong = ~np.isfinite(time_s)
     if wrong.any():
         raise InputError(f"the time of a measurement is {time_s[wrong][0]}, expected a number")
-    if model.n_u and len(rows := np.atleast_2d(y)):
-        with_inputs(model, memory.view(given, "inputs"), rows[0])
-    return np.require(time_s, np.float64, "C"), np.require(y, np.float64, "C")
 
 
 def result_layout(model: StateSpaceModel) -> Layout:

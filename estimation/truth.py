@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Array
+from models.arrays import Array, numbers
 from models.errors import InputError
+from models.names import several
 
 TRUTH_TOLERANCE_S = 1e-6
 """How far from an instant the truth may be given to count as its truth."""
@@ -21,6 +22,18 @@ class Truth:
     time_s: Array
     names: tuple[str, ...]
     values: Array
+
+    def __post_init__(self) -> None:
+        time_s = numbers(self.time_s, "times of the truth", "(n,) seconds")
+        values = numbers(self.values, "values of the truth", "(n, k) numbers")
+        names = several(self.names)
+        if time_s.ndim != 1 or values.shape != (len(time_s), len(names)):
+            raise InputError(
+                f"the truth has times {time_s.shape} and values {values.shape} of {len(names)} "
+                f"states, expected (n,) and (n, {len(names)})"
+            )
+        for name, given in (("time_s", time_s), ("names", names), ("values", values)):
+            object.__setattr__(self, name, given)
 
     def states(self, names: Sequence[str], time_s: Array) -> Array:
         """Return true states (m, len(names)) at given instants, NaN for states it has not.

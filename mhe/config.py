@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mhe.arrival_cost import ARRIVAL_COSTS
+from mhe.ipopt_options import Option, checked_options
 from mhe.loss import LEAST_SQUARES
 from mhe.scheme import MAX_ITERATIONS, TOLERANCE, Scheme
 from models.arrays import Array
@@ -189,11 +190,20 @@ class MheIpoptConfig(ConvergedConfig):
         is often indefinite far from the optimum, and IPOPT then may leave for another one
         (on the D-POINT recording it did, into an upright pen); Gauss-Newton always
         descends and ends in the same optimum where both converge
+    ipopt : IPOPT's own options by name, ``{"max_iter": 500, "linear_solver": "mumps"}``; they
+        come before what the other settings make of them
+
+    Raises
+    ------
+    InputError
+        If a setting is outside its range, or IPOPT does not take an option; the message names it.
     """
 
     hessian: str = "gauss-newton"
+    ipopt: Mapping[str, Option] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.hessian not in HESSIANS:
             raise unknown("hessian", self.hessian, HESSIANS)
+        object.__setattr__(self, "ipopt", FrozenMapping(checked_options(self.ipopt)))

@@ -40,6 +40,7 @@ from mhe.window_memory import WindowState, first_window, packed_window, window_m
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
+from models.given_prior import Prior
 from models.state_space import StateSpaceModel
 
 
@@ -67,7 +68,7 @@ class WindowLoop:
         self._fallback = Fallback(model, self.config, memory, self._reader.layout)
         self._times, self._x = memory.slices["times"].start, memory.slices["x"].start
 
-    def start(self, prior: GaussianState | None = None) -> WindowState:
+    def start(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
         return first_window(self.model, self.config, self._engine.memory, prior)
 
@@ -169,7 +170,7 @@ class MheRti:
         self.model, self.config = model, checked_config(self.name, config, MheRtiConfig)
         self._loop = WindowLoop(self.name, model, self.config, clock)
 
-    def init(self, prior: GaussianState | None = None) -> WindowState:
+    def init(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
         return self._loop.start(prior)
 
@@ -210,7 +211,7 @@ class Mhe:
         self.model, self.config = model, checked_config(self.name, config, MheConfig)
         self._loop = WindowLoop(self.name, model, self.config, clock)
 
-    def init(self, prior: GaussianState | None = None) -> WindowState:
+    def init(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
         return self._loop.start(prior)
 

@@ -20,6 +20,7 @@ from mhe.config import WindowConfig
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
+from models.given_prior import Prior
 from models.state_space import StateSpaceModel
 
 
@@ -122,7 +123,7 @@ def packed_window(
 
 
 def first_window(
-    model: StateSpaceModel, config: WindowConfig, memory: Layout, prior: GaussianState | None
+    model: StateSpaceModel, config: WindowConfig, memory: Layout, prior: Prior | None
 ) -> WindowState:
     """Return the state before the first measurement; a prior of None is the model's."""
     prior = first_state(model, prior)

@@ -4,6 +4,7 @@ from models.differential import ode as ode
 from models.errors import InputError as InputError
 from models.gaussian import GaussianState as GaussianState
 from models.kinematics import RigidBody as RigidBody
+from models.linear_models import linear_model as linear_model
 from models.motions import MotionConfig as MotionConfig
 from models.motions import motion_named as motion_named
 from models.own_models import own_model as own_model

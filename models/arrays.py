@@ -1,8 +1,37 @@
-"""The array type of the project: double precision."""
+"""The array type of the project, double precision, and what people give instead."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from models.errors import InputError
+
 Array = NDArray[np.float64]
+
+
+def numbers(given: Any, what: str, expected: str) -> Array:
+    """Return numbers, lists of them or a pandas object as an array; NaN where there is None.
+
+    Parameters
+    ----------
+    what : they are: ``readings of ruler``
+    expected : of them: ``(n,) seconds``
+
+    Raises
+    ------
+    InputError
+        If they are no numbers, or lists of different lengths.
+    """
+    if isinstance(given, np.ndarray) and given.dtype == np.float64:
+        return given
+    try:
+        found = np.asarray(given)
+        if found.dtype.kind in "mMcSU":  # dates become nanoseconds, complex numbers lose a part
+            raise TypeError
+        return np.asarray(found, dtype=np.float64)
+    except (TypeError, ValueError):
+        kind = type(given).__name__
+        raise InputError(f"{what}: {kind} that holds no numbers, expected {expected}") from None

@@ -75,8 +75,13 @@ def check_conditions(model: str, conditions: NDArray[np.bool_], rows: tuple[int,
         )
 
 
-def check_prior(model: str, prior: GaussianState, n_x: int) -> None:
-    """Raise `InputError` unless a prior is finite, symmetric and positive definite."""
+def check_prior(model: str, prior: GaussianState, n_x: int, *, is_definite: bool = True) -> None:
+    """Raise `InputError` unless a prior is finite, symmetric and positive definite.
+
+    Parameters
+    ----------
+    is_definite : false where a root of the covariance says what rounding took from it
+    """
     mean, covariance = prior.mean, prior.covariance
     for what, array, shape in (("mean", mean, (n_x,)), ("covariance", covariance, (n_x, n_x))):
         if array.shape != shape:
@@ -89,7 +94,8 @@ def check_prior(model: str, prior: GaussianState, n_x: int) -> None:
     if (asymmetry > 1e-9 * np.abs(covariance).max()).any():
         raise InputError(f"model {model}: the prior covariance is not symmetric, expected P = Pᵀ")
     try:
-        np.linalg.cholesky(covariance)
+        if is_definite:
+            np.linalg.cholesky(covariance)
     except np.linalg.LinAlgError:
         raise InputError(
             f"model {model}: the prior covariance is not positive definite, "

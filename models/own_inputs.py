@@ -7,10 +7,8 @@ nothing that has not arrived by then.
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 
@@ -86,15 +84,3 @@ def own_inputs(
 
 def _unit(name: str) -> str:
     return readable_unit(split_unit(name)[1])
-
-
-def takes_inputs(reads: Callable[..., Any]) -> bool:
-    """Return whether a sensor's function takes the inputs behind the state.
-
-    A parameter with a default value is the function's own affair.
-    """
-    if isinstance(reads, ca.Function):
-        return int(reads.n_in()) > 1
-    kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    parameters = inspect.signature(reads).parameters.values()
-    return sum(p.kind in kinds and p.default is p.empty for p in parameters) > 1

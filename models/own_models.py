@@ -11,20 +11,19 @@ from collections.abc import Callable, Iterable, Mapping
 import casadi as ca
 import numpy as np
 
-from models.arrays import Array
-from models.errors import InputError
+from models.empty_step import check_empty_step
 from models.gaussian import GaussianState
+from models.given_prior import Known, known_values
 from models.manifold import additive_manifold, always_regular, no_inequality
 from models.names import several, unknown
 from models.own_bounds import Bound, own_bounds
 from models.own_carried import SoftConstraint, carried_noises
+from models.own_checks import check_parts
 from models.own_inputs import Inputs, own_inputs
+from models.own_parameters import OwnParts, with_parameters
 from models.own_sensors import OwnSensor, column, sensor_model
 from models.state_space import StateSpaceModel
 from models.units import readable_unit, split_unit
-
-EMPTY_STEP_TOLERANCE = 1e-12
-"""Rounding that a step of Δt = 0 may leave, of a state and its standard deviation."""
 
 
 def own_model(
@@ -41,6 +40,8 @@ def own_model(
     soft_constraints: Mapping[str, SoftConstraint] | None = None,
     inputs: Inputs = (),
     interpolated: Iterable[str] = (),
+    parameters: Known | None = None,
+    walks: Mapping[str, float] | None = None,
 ) -> StateSpaceModel:
     """Build a state-space model from plain functions of symbols.
 
@@ -71,6 +72,12 @@ def own_model(
         `inputs`, or stand behind a measurement's readings; one that is missing is held
     interpolated : names of inputs of which a step takes the mean of both its ends; the others
         are held from its beginning
+    parameters : name → mean and standard deviation, of constants to estimate. With some, transition
+        is called with (x, w, Δt, p (n_p,)), or (x, w, Δt, u, p), and a sensor's `reads` may take
+        (x, p), or (x, u, p). They are states behind the others, without noise; `bounds`, `angles`
+        and `units` know them
+    walks : parameter → standard deviation of its random walk, its unit per √s: larger follows it
+        faster and knows it less. One that is not named is constant
 
     Raises
     ------
@@ -79,50 +86,51 @@ def own_model(
         bound, an angle or a unit is of no state, a bound of no noise, a soft constraint is not one
         expression with a deviation, or a name is taken.
     """
-    n_x, names = len(states), tuple(states)
-    for state, known in states.items():
-        if np.shape(known) != (2,) or not known[1] > 0:
-            raise InputError(
-                f"model {name}: state {state} starts from {known}, "
-                "expected (mean, positive standard deviation)"
-            )
-    given = own_inputs(name, inputs, interpolated, _taken(states, sensors))
-    taken = {*_taken(states, sensors), *given.names}
     bounded, soft = noise_bounds or {}, soft_constraints or {}
-    carried = carried_noises(name, n_noises, bounded, soft, taken=taken, n_x=n_x)
-    start = [*states.values(), *[(0.0, 1.0)] * len(carried.names)]
-    mean, std = np.array(start, dtype=float).reshape(-1, 2).T
+    named = {"bounds": bounds, "units": units, "walks": walks}
+    check_parts(
+        name, n_noises, sensors, {**named, "noise_bounds": bounded, "soft_constraints": soft}
+    )
+    parts = OwnParts(states, transition, n_noises, sensors)
+    parts = with_parameters(name, parts, parameters or {}, walks or {}, has_inputs=bool(inputs))
+    names, n_x = tuple(parts.states), len(parts.states)
+    given = own_inputs(name, inputs, interpolated, _taken(parts.states, sensors))
+    taken = {*_taken(parts.states, sensors), *given.names}
+    carried = carried_noises(name, parts.n_noises, bounded, soft, taken=taken, n_x=n_x)
+    mean, std = known_values(
+        name, "state", {**parts.states, **dict.fromkeys(carried.names, (0.0, 1.0))}
+    )
     x, w, dt = ca.SX.sym("x", len(mean)), ca.SX.sym("w", carried.n_w), ca.SX.sym("dt")
     ends, own = given.symbols(), x[:n_x]
-    moved = transition(own, w[:n_noises], dt, *given.over_step(*ends.values()))
+    moved = parts.transition(own, w[: parts.n_noises], dt, *given.over_step(*ends.values()))
     x_next = column(moved, n_x, f"model {name}: transition", "state")
     x_next = ca.vertcat(x_next, carried.after_step(x[n_x:], w, dt))
     arguments = {"x": x, "w": w, "dt": dt, **ends}
     f = ca.Function("f", list(arguments.values()), [x_next], list(arguments), ["x_next"])
-    _check_empty_step(name, (*names, *carried.names), f, mean, std)
     wrapped = several(angles)
     for state in (*wrapped, *(units or ())):
-        if state not in states:
-            raise unknown(f"model {name}: state", state, states)
-    retract, difference = additive_manifold(
-        [state in wrapped for state in (*names, *carried.names)]
-    )
+        if state not in names:
+            raise unknown(f"model {name}: state", state, names)
+    every = (*names, *carried.names)
+    retract, difference = additive_manifold([state in wrapped for state in every])
     lower, upper = own_bounds(name, names, bounds or {})
+    limits = np.concatenate([lower, carried.lower]), np.concatenate([upper, carried.upper])
+    check_empty_step(name, every, f, (mean, std), limits)
     of_names = (units or {}).get
     model = StateSpaceModel(
         name=name,
-        state_names=(*names, *carried.names),
+        state_names=every,
         state_units=(*(of_names(state, _unit(state)) for state in names), *carried.units),
         f=f,
         sensors=tuple(
             sensor_model(key, sensor, x, own, given.named(*ends.values()))
-            for key, sensor in sensors.items()
+            for key, sensor in parts.sensors.items()
         ),
         prior=GaussianState(mean, np.diag(std**2)),
         retract=retract,
         difference=difference,
-        lower=np.concatenate([lower, carried.lower]),
-        upper=np.concatenate([upper, carried.upper]),
+        lower=limits[0],
+        upper=limits[1],
         inequality=no_inequality(len(mean)),
         regularity=always_regular(len(mean)),
         input_names=given.names,
@@ -140,21 +148,3 @@ def _taken(states: Iterable[str], sensors: Mapping[str, OwnSensor]) -> set[str]:
 def _unit(state: str) -> str:
     """Return the SI unit that a name ends in, as people write it; nothing where there is none."""
     return readable_unit(split_unit(state)[1])
-
-
-def _check_empty_step(
-    name: str, states: tuple[str, ...], f: ca.Function, mean: Array, std: Array
-) -> None:
-    """Refuse a transition that needs no time: estimators take steps of Δt = 0."""
-    n_w, signs = f.numel_in(1), (-1.0) ** np.arange(len(mean))
-    inputs = [np.ones(f.numel_in(i)) for i in range(3, f.n_in())]
-    for x, noise in ((mean + std, 1.0), (mean - std, -1.0), (mean + signs * std, 0.5)):
-        moved = f(x, np.full(n_w, noise), 0.0, *inputs).full().ravel() - x
-        rest = np.abs(moved) <= EMPTY_STEP_TOLERANCE * (np.abs(x) + std)
-        if rest.all():
-            continue
-        state = states[int(np.argmin(rest))]
-        raise InputError(
-            f"model {name}: a step of Δt = 0 changes {state}, expected that it changes nothing: "
-            "scale noise by a power of Δt (white noise by √Δt)"
-        )

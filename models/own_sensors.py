@@ -17,7 +17,7 @@ import numpy as np
 from models.errors import InputError
 from models.manifold import wrapped_angles
 from models.names import several, unknown
-from models.own_inputs import takes_inputs
+from models.own_arguments import check_arguments, n_arguments
 from models.own_noise import SIGMA, Covariance, Deviation, constant_noise, varies, whitened
 from models.sensor_model import SensorModel
 
@@ -60,7 +60,14 @@ def column(expressions: ca.SX, n: int, what: str, per: str) -> ca.SX:
     InputError
         If there are not n of them.
     """
-    found = ca.densify(ca.SX(expressions))
+    is_list = isinstance(expressions, list | tuple)
+    try:
+        found = ca.densify(ca.vertcat(*expressions) if is_list else ca.SX(expressions))
+    except (NotImplementedError, TypeError):
+        raise InputError(
+            f"{what} is {type(expressions).__name__}, expected ({n}, 1) expressions: "
+            f"one row per {per}"
+        ) from None
     if found.shape != (n, 1):
         raise InputError(f"{what} has shape {found.shape}, expected ({n}, 1): one row per {per}")
     return found
@@ -83,7 +90,9 @@ def sensor_model(
         raise InputError(f"sensor {name}: expected either noise_std or noise_covariance")
     noise = sensor.noise_std, sensor.noise_covariance
     u = {"u": ca.vertcat(*inputs.values())} if inputs else {}
-    reads_inputs, is_constant = takes_inputs(sensor.reads), not varies(*noise)
+    reads_inputs = callable(sensor.reads) and n_arguments(sensor.reads) > 1
+    check_arguments(f"sensor {name}: reads", sensor.reads, ("x", *u) if reads_inputs else ("x",))
+    is_constant = not varies(*noise)
     read = {"x": x} if is_constant and not reads_inputs else {"x": x, **u}
     n, per = len(sensor.axes), f"axis ({', '.join(sensor.axes)})"
     reading = sensor.reads(own, *(u.values() if reads_inputs else ()))

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import casadi as ca
-import numpy as np
 
 from models import attitude
 from models.arrays import Array
 from models.errors import InputError
 from models.free_pen import SIGMA, STATES
 from models.gaussian import GaussianState
+from models.given_prior import given_prior
 from models.state_space import StateSpaceModel
 
 
@@ -24,11 +24,14 @@ def replaced_prior(model: StateSpaceModel, means: Mapping[str, float], std: floa
     ----------
     means : state name → mean, in its unit
     std : standard deviation of each of them
+
+    Raises
+    ------
+    InputError
+        If a state is unknown, a mean is not finite, or the deviation is not positive.
     """
-    mean = model.prior.mean.copy()
-    index = [model.state_names.index(name) for name in means]
-    mean[index] = list(means.values())
-    return _independent(model, mean, index, std)
+    given = {name: (mean, std) for name, mean in means.items()}
+    return given_prior(model.name, model.state_names, model.prior, given)
 
 
 def replaced_attitude(model: StateSpaceModel, rotation: Array, std: float) -> GaussianState:
@@ -51,16 +54,5 @@ def replaced_attitude(model: StateSpaceModel, rotation: Array, std: float) -> Ga
         raise InputError(
             f"model {model.name} has no attitude, expected a pen with 6 degrees of freedom"
         )
-    mean = model.prior.mean.copy()
-    mean[SIGMA] = ca.evalf(attitude.from_matrix(ca.SX(ca.DM(rotation)))).full().ravel()
-    return _independent(model, mean, [model.state_names.index(name) for name in names], std)
-
-
-def _independent(
-    model: StateSpaceModel, mean: Array, index: list[int], std: float
-) -> GaussianState:
-    covariance = model.prior.covariance.copy()
-    covariance[index, :] = 0.0
-    covariance[:, index] = 0.0
-    covariance[index, index] = std**2
-    return GaussianState(mean, np.asarray(covariance))
+    sigma = ca.evalf(attitude.from_matrix(ca.SX(ca.DM(rotation)))).full().ravel()
+    return replaced_prior(model, dict(zip(names, sigma.tolist(), strict=True)), std)

@@ -59,6 +59,8 @@ class StateSpaceModel:
     outputs : what people read of a state; None where they read the state
     tangent : tangent vectors in words of motions; None where the state's names do
     input_names, input_units : (n_u,) of the known inputs, in their order; none for most models
+    interval_s : of a model that is defined over whole numbers of it only: f is NaN between; None
+        for any step
     """
 
     name: str
@@ -80,6 +82,7 @@ class StateSpaceModel:
     tangent: TangentNames | None = None
     input_names: tuple[str, ...] = ()
     input_units: tuple[str, ...] = ()
+    interval_s: float | None = None
 
     def __post_init__(self) -> None:
         check_model(self)
@@ -185,7 +188,7 @@ class StateSpaceModel:
         Raises
         ------
         InputError
-            If a reading has another shape, or an input is unknown.
+            If a reading has another shape, or a sensor or an input is unknown.
         """
         return stacked_row(self, readings, inputs or {})
 

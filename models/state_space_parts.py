@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from models.arrays import Array
+from models.arrays import Array, numbers
 from models.errors import InputError
 from models.model_checks import check_conditions, check_prior, check_sizes, input_sizes
 from models.names import unknown
@@ -47,18 +47,27 @@ def stacked_row(model: Any, readings: Mapping[str, Array], inputs: Mapping[str, 
     Raises
     ------
     InputError
-        If a reading has another shape, or an input is unknown.
+        If a reading has another shape, or a sensor or an input is unknown.
     """
-    parts = []
+    parts, names = [], [sensor.name for sensor in model.sensors]
+    for name in readings:
+        if name not in names:
+            raise unknown(f"model {model.name}: sensor", name, names)
     for sensor in model.sensors:
-        value = np.asarray(readings.get(sensor.name, np.full(sensor.n_y, np.nan)), dtype=float)
+        given = readings.get(sensor.name, np.full(sensor.n_y, np.nan))
+        value = numbers(given, f"reading of {sensor.name}", f"({sensor.n_y},) numbers")
+        value = value.reshape(sensor.n_y) if value.shape == () and sensor.n_y == 1 else value
         if value.shape != (sensor.n_y,):
             raise InputError(
                 f"reading of {sensor.name} has shape {value.shape}, expected ({sensor.n_y},)"
             )
         parts.append(value)
-    given = dict(inputs)
-    known = [given.pop(name, np.nan) for name in model.input_names]
-    for name in given:
-        raise unknown(f"model {model.name}: input", name, model.input_names)
-    return np.concatenate([np.zeros(0), *parts, np.array(known, dtype=float)])
+    for name in inputs:
+        if name not in model.input_names:
+            raise unknown(f"model {model.name}: input", name, model.input_names)
+    for name in model.input_names:
+        value = numbers(inputs.get(name, np.nan), f"input {name}", "a number")
+        if value.shape != ():
+            raise InputError(f"input {name} has shape {value.shape}, expected a number")
+        parts.append(value.reshape(1))
+    return np.concatenate([np.zeros(0), *parts])

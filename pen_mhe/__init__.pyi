@@ -18,6 +18,7 @@ from models.bundled import bundled_pens as bundled_pens
 from models.differential import ode as ode
 from models.errors import InputError as InputError
 from models.gaussian import GaussianState as GaussianState
+from models.linear_models import linear_model as linear_model
 from models.own_models import own_model as own_model
 from models.own_sensors import OwnSensor as OwnSensor
 from models.pen import pen_model as pen_model

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from models.arrays import Array
+from models.arrays import Array, numbers
 from models.errors import InputError
 from models.names import unknown
 from models.state_space import StateSpaceModel
@@ -17,6 +17,8 @@ InputSignal = float | Callable[[Array], Array]
 
 def check_signals(model: StateSpaceModel, signals: Mapping[str, InputSignal]) -> None:
     """Raise `InputError` unless there is a signal for every input of a model, and no other."""
+    if not isinstance(signals, Mapping):
+        raise InputError(f"model {model.name}: inputs are {signals!r}, expected name → signal")
     for name in signals:
         if name not in model.input_names:
             raise unknown(f"model {model.name}: input", name, model.input_names)
@@ -39,7 +41,8 @@ def sampled(model: StateSpaceModel, signals: Mapping[str, InputSignal], time_s: 
     columns = np.zeros((len(time_s), model.n_u))
     for i, name in enumerate(model.input_names):
         signal = signals[name]
-        values = np.asarray(signal(time_s) if callable(signal) else signal, dtype=float)
+        given = signal(time_s) if callable(signal) else signal
+        values = numbers(given, f"model {model.name}: input {name}", "a number or (n,) of them")
         if values.shape not in ((), time_s.shape) or not np.isfinite(values).all():
             raise InputError(
                 f"model {model.name}: input {name} has values of shape {values.shape}, "

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+import pandas as pd
+
 from estimation.recording import Recording
 from models.errors import InputError
 from models.pen_file import AnyPen, as_pen
@@ -15,12 +17,20 @@ from recordings.written import WrittenRecording
 
 
 def read_recording(
-    path: str | Path, pen: AnyPen | StateSpaceModel, *, units: Mapping[str, str] | None = None
+    path: str | Path | pd.DataFrame,
+    pen: AnyPen | StateSpaceModel,
+    *,
+    units: Mapping[str, str] | None = None,
 ) -> Recording:
     """Read a recording of a pen's sensors; see `read_written`, which brings its ink too.
 
-    Of a model of one's own it reads a table, `recordings.formats.model_tables`, in its units.
+    Of a model of one's own it reads a table, `recordings.formats.model_tables`, in its units, or
+    takes one that is already there.
     """
+    if isinstance(path, pd.DataFrame):
+        if not isinstance(pen, StateSpaceModel):
+            raise InputError("a table of a pen's readings, expected the path of a recording")
+        return recording_from_model_table(path, pen, "table")
     if isinstance(pen, StateSpaceModel):
         from recordings.formats.tables import read_table
 

@@ -139,5 +139,5 @@ def test_a_prior_of_ones_own_is_the_model_with_that_prior(estimator: str) -> Non
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_a_prior_of_another_size_is_refused(estimator: str) -> None:
     system = quick(estimator, MODELS["turntable accel"])
-    with pytest.raises(InputError, match=r"have shapes \(2,\) and \(2, 2\), expected \(4,\)"):
+    with pytest.raises(InputError, match=r"the prior mean has shape \(2,\), expected \(4,\)"):
         system.init(GaussianState(np.zeros(2), np.eye(2)))

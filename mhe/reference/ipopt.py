@@ -17,6 +17,7 @@ from estimation.inputs import all_with_inputs, with_inputs, without_readings
 from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.recording import Measurement
 from estimation.rest_detector import RestDetector
+from estimation.result import check_rows
 from estimation.settings import checked_config
 from estimation.status import Status
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse
@@ -30,6 +31,7 @@ from mhe.trajectory import Trajectory, WindowSolution
 from mhe.weights import Weights
 from models.arrays import Array
 from models.gaussian import GaussianState
+from models.given_prior import Prior
 from models.state_space import StateSpaceModel
 
 RETURN_STATUS: Mapping[str, Status] = MappingProxyType(
@@ -98,7 +100,7 @@ class MheIpopt:
         self._problem = WindowProblem.build(model, self.config)
         self._solver = ca.nlpsol("mhe", "ipopt", self._problem.nlp, self._solver_options())
 
-    def init(self, prior: GaussianState | None = None) -> MheState:
+    def init(self, prior: Prior | None = None) -> MheState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
         prior = first_state(self.model, prior)
         if self.config.arrival_cost == "none":
@@ -107,6 +109,7 @@ class MheIpopt:
 
     def step(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
         """Slide the window onto the measurement and solve it."""
+        check_rows(self.model, np.asarray(measurement.time_s), measurement.y)
         if state.measurements and measurement.time_s < state.measurements[-1].time_s:
             newest_s = state.measurements[-1].time_s
             return state, late_estimate(self.model, newest_s, state.newest)
@@ -343,4 +346,4 @@ class MheIpopt:
             options["hess_lag"] = self._problem.gauss_newton
         if self.config.deadline_s is not None:
             options["ipopt.max_wall_time"] = self.config.deadline_s
-        return options
+        return options | {f"ipopt.{name}": value for name, value in self.config.ipopt.items()}

@@ -30,6 +30,7 @@ WRITTEN = {
     "max_iterations": "9",
     "reuse_threshold": "0.2",
     "hessian": "exact",
+    "ipopt": "max_iter=9, mu_strategy=adaptive,tol=1e-7",
 }
 MEANT: dict[str, Any] = {
     "gate_probability": 0.9,
@@ -42,6 +43,7 @@ MEANT: dict[str, Any] = {
     "max_iterations": 9,
     "reuse_threshold": 0.2,
     "hessian": "exact",
+    "ipopt": {"max_iter": 9, "mu_strategy": "adaptive", "tol": 1e-7},
 }
 
 

@@ -36,6 +36,7 @@ from recordings.formats.tables import write_table
 from recordings.read import read_recording
 from recordings.simulate_pen import simulate_model
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
+from tests.estimation.lamps import lamp, swung
 from tests.references import kalman
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "inputs.md"
@@ -89,11 +90,18 @@ def filtered(model: StateSpaceModel, y: Array, u: Array) -> tuple[Array, Array]:
     return np.array(means), np.array(stds)
 
 
+@pytest.fixture(params=["compiled", pytest.param("interpreted", marks=pytest.mark.slow)])
+def engine(request: pytest.FixtureRequest) -> None:
+    if request.param == "interpreted":
+        request.getfixturevalue("interpreted")
+
+
 @pytest.fixture(scope="module")
 def recording() -> Recording:
     return simulate_model(spring(), duration_s=4.0, seed=0, inputs={"force_n": force})
 
 
+@pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize("name", LEAST_SQUARES)
 @pytest.mark.parametrize("interpolated", [(), ("force_n",)])
 def test_every_estimator_is_the_kalman_filter_with_the_known_force(
@@ -121,31 +129,9 @@ def test_without_the_force_the_position_is_lost() -> None:
     assert rms[1] > 5 * rms[0]
 
 
-def lamp() -> StateSpaceModel:
-    """A swinging arm of known torque, read with a gain that varies: f and h are not linear."""
-
-    def transition(x: ca.SX, w: ca.SX, dt: ca.SX, u: ca.SX) -> ca.SX:
-        pull = u[0] - 9.0 * ca.sin(x[0]) - 0.3 * x[1]
-        return ca.vertcat(x[0] + dt * x[1], x[1] + dt * pull + 0.5 * ca.sqrt(dt) * w[0])
-
-    states = {"angle_rad": (0.4, 0.3), "rate_rad_s": (0.0, 0.5)}
-    sensors = {
-        "shadow": OwnSensor(lambda x, u: u[1] * ca.sin(x[0]), {"x": "m"}, 0.01, 20.0),
-        "turns": OwnSensor(lambda x, i=1: x[i], {"z": "rad/s"}, 0.2, 10.0),
-    }
-    inputs = {"torque": "N m", "gain": ""}
-    return own_model("lamp", states, transition, 1, sensors, inputs=inputs, interpolated=["torque"])
-
-
 @pytest.fixture(scope="module")
 def swing() -> Recording:
-    """Its gain is told at every fifth instant only, and held."""
-    signals = {"torque": lambda t: 3 * np.sin(4 * t), "gain": 0.7}
-    found = simulate_model(lamp(), duration_s=2.0, seed=1, inputs=signals)
-    gain = np.where(np.arange(len(found.time_s)) % 5 == 0, 0.7, np.nan)
-    return Recording(
-        "swing", found.time_s, found.readings, found.truth, {**found.inputs, "gain": gain}
-    )
+    return swung()
 
 
 @needs_compiler

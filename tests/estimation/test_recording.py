@@ -111,9 +111,9 @@ def test_times_and_values_of_different_length_are_refused(n_values: int) -> None
 
 def test_values_that_are_no_table_are_refused() -> None:
     with pytest.raises(InputError, match="accel"):
-        Recording.from_sensors("bad", {"accel": (np.arange(3.0), np.ones(3))})
+        Recording.from_sensors("bad", {"accel": (np.arange(3.0), np.ones((3, 1, 1)))})
     with pytest.raises(InputError, match="accel"):
-        Recording("bad", np.arange(3.0), {"accel": np.ones(3)})
+        Recording("bad", np.arange(3.0), {"accel": np.ones((3, 1, 1))})
     with pytest.raises(InputError, match="accel"):
         Recording("bad", np.arange(3.0), {"accel": np.ones((2, 1))})
 

@@ -34,7 +34,7 @@ WINDOW = ("horizon", "arrival_cost", "huber", "sparse_noise", "deadline_s")
 READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "ekf": ("gate_probability",),
-        "mhe-ipopt": (*WINDOW, "tolerance", "max_iterations", "hessian"),
+        "mhe-ipopt": (*WINDOW, "tolerance", "max_iterations", "hessian", "ipopt"),
         "mhe-rti": (*WINDOW, "reuse_threshold"),
         "mhe": (*WINDOW, "tolerance", "max_iterations"),
         "mhe-sparse": (*WINDOW, "tolerance", "max_iterations"),
@@ -51,6 +51,7 @@ OTHER: Mapping[str, Any] = MappingProxyType(
         "tolerance": 1.0,
         "max_iterations": 1,
         "hessian": "exact",
+        "ipopt": {"max_iter": 1},
         "reuse_threshold": 20.0,
     }
 )
@@ -143,7 +144,7 @@ def test_the_sentence(case: str) -> None:
     [
         (Ekf, MheConfig(), "ekf is given MheConfig, whose horizon, arrival_cost,.* read; .*EkfCon"),
         (Mhe, MheRtiConfig(), "mhe is given MheRtiConfig, whose reuse_threshold it does not read"),
-        (Mhe, MheIpoptConfig(), "whose hessian it does not read; expected MheConfig"),
+        (Mhe, MheIpoptConfig(), "whose hessian and ipopt it does not read; expected MheConfig"),
         (MheRti, MheConfig(), "whose tolerance and max_iterations it does not read"),
         (MheRti, EkfConfig(), "whose gate_probability it does not read; expected MheRtiConfig"),
         (MheIpopt, MheConfig(), "mhe-ipopt is given MheConfig; expected MheIpoptConfig of"),

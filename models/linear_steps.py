@@ -1,0 +1,151 @@
+"""A linear system over a step of any length: its transition and process noise, as functions of Δt.
+
+Continuous, with white noise of density Q:
+
+    d/dt x = A x + …   →   F(Δt) = e^{A Δt},   Q(Δt) = ∫₀^Δt e^{A s} Q e^{Aᵀ s} ds
+
+by the series over Δt / 2^k, short enough for it, and k doublings. Discrete, of steps of T seconds:
+Δt is a whole number of them, and every one is made. Both are one rule, two parts of a step:
+
+    F = F₂ F₁,   Q = F₂ Q₁ F₂ᵀ + Q₂
+
+References
+----------
+Van Loan (1978), Computing integrals involving the matrix exponential, IEEE Trans. Automatic
+Control 23(3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from models.arrays import Array
+
+LONGEST_NORM = 0.5
+"""Of A Δt in one step of the series."""
+TERMS = 20
+"""Of the series: (2 · LONGEST_NORM)^TERMS / TERMS! is below rounding."""
+DOUBLINGS = 24
+"""A gap of more than 2^this steps, of the series or of T, is NaN."""
+INTERVAL_TOLERANCE = 0.05
+"""Of T: how far a time between two readings may be from a whole number of discrete steps."""
+ROUNDING = 1e-15
+"""Of a variance: what is left of it below that is no noise."""
+
+
+def continuous_steps(A: Array, Q: Array) -> ca.Function:
+    """Return Δt → F (n, n), Q (n, n) of a continuous system A, Q (n, n)."""
+    h, n = ca.MX.sym("h"), len(A)
+    F, noise = ca.MX(ca.DM.eye(n)), ca.MX(n, n)
+    power, change, factor = np.eye(n), Q, h
+    for i in range(1, 2 * n + TERMS):
+        noise = noise + factor * ca.DM(change)  # factor is hⁱ / i!
+        power, change = power @ A, A @ change + change @ A.T
+        F = F + factor * ca.DM(power)
+        factor = factor * h / (i + 1)
+        if i >= TERMS or not (power.any() or change.any()):
+            break
+    once = _called("series", [h], [F, ca.densify(noise)])
+    norm = float(np.abs(A).sum(axis=0).max(initial=0.0))
+    if not (power.any() or change.any()):  # A is nilpotent, its series ends: exact for every Δt
+        return once
+    repeated = [once]
+    for _ in range(DOUBLINGS):
+        half = _pair(repeated[-1](h / 2))
+        repeated.append(_called("doubled", [h], _joined(half, half)))
+    k = ca.ceil(ca.log(ca.fmax(h * (norm / LONGEST_NORM), 1.0)) / np.log(2.0) - 1e-9)
+    return _branch([*repeated, _called("none", [h], _nothing(n))], k, h)
+
+
+def discrete_steps(A: Array, Q: Array, interval_s: float) -> ca.Function:
+    """Return Δt → F (n, n), Q (n, n) of a discrete system A, Q (n, n) of steps of a fixed time.
+
+    They are NaN where Δt is no whole number of steps, within `INTERVAL_TOLERANCE`.
+    """
+    dt, n = ca.MX.sym("dt"), len(A)
+    constants = A, Q
+    before = ca.MX.sym("F", n, n), ca.MX.sym("Q", n, n)
+    made = _called("made", before, before)
+    steps = ca.floor(dt / interval_s + 0.5)
+    found, left = (ca.MX(ca.DM.eye(n)), ca.MX(ca.DM.zeros(n, n))), steps
+    for _ in range(DOUBLINGS):
+        more = _called("more", before, _joined(before, (ca.MX(ca.DM(A)), ca.MX(ca.DM(Q)))))
+        halved = ca.floor(left / 2)
+        bit = ca.Function.conditional("bit", [made], more)
+        found = _pair(bit(left - 2 * halved, *found))
+        with np.errstate(over="ignore", invalid="ignore"):  # of an unstable system, in time
+            A, Q, left = A @ A, A @ Q @ A.T + Q, halved
+        if not np.isfinite([A, Q]).all():
+            break
+    many = _called("many", [dt], found)
+    one = _called("one", [dt], [ca.MX(ca.DM(first)) for first in constants])
+    is_whole = ca.logic_and(ca.fabs(dt / interval_s - steps) <= INTERVAL_TOLERANCE, left == 0)
+    case = ca.if_else(is_whole, ca.if_else(steps == 1, 0, 1), 2)
+    return _branch([one, many, _called("none", [dt], _nothing(n))], case, dt)
+
+
+def step_function(steps: ca.Function, n_x: int, moved: Sequence[int]) -> ca.Function:
+    """Return z, Δt → next x (n_x,), of z = (x, what stays, w): F (x, what stays) + L w.
+
+    Parameters
+    ----------
+    steps : Δt → F (n, n), Q (n, n)
+    n_x : states, the first of n; the others stay
+    moved : indices of states that noise moves; L Lᵀ is their covariance
+    """
+    n, n_w, covariance = steps.size1_out(0), len(moved), ca.SX.sym("Q", len(moved), len(moved))
+    factor = ca.Function("factor", [covariance], [ca.densify(noise_factor(covariance))])
+    z, dt, after = ca.MX.sym("z", n + n_w), ca.MX.sym("dt"), ca.MX.sym("x_next", n_x)
+    F, Q = _pair(steps(dt))
+    L = factor(Q[list(moved), list(moved)]) if moved else ca.MX(0, 0)
+    places = ca.DM(np.eye(n_x)[:, list(moved)])
+    J = ca.densify(ca.horzcat(F[:n_x, :], places @ L))
+    # The root of a variance of zero has no slope, and nobody asks how a step changes with Δt.
+    slopes = ca.Function("jac_step", [z, dt, after], [J, ca.MX(n_x, 1)])
+    options: Any = {"never_inline": True, "custom_jacobian": slopes}
+    return ca.Function("step", [z, dt], [J @ z], options)
+
+
+def noise_factor(Q: ca.SX) -> ca.SX:
+    """Return L (n, n), L Lᵀ = Q, lower, of a covariance that may be singular or zero."""
+    n = Q.shape[0]
+    L = ca.SX(n, n)
+    for j in range(n):
+        pivot = Q[j, j] - sum((L[j, k] ** 2 for k in range(j)), ca.SX(0))
+        is_noise = pivot > ROUNDING * Q[j, j]
+        L[j, j] = ca.if_else(is_noise, ca.sqrt(pivot), ca.if_else(ca.fabs(pivot) >= 0, 0, pivot))
+        for i in range(j + 1, n):
+            left = Q[i, j] - sum((L[i, k] * L[j, k] for k in range(j)), ca.SX(0))
+            L[i, j] = ca.if_else(is_noise, left / L[j, j], 0)
+    return L
+
+
+def _joined(first: Sequence[ca.MX], second: Sequence[ca.MX]) -> list[ca.MX]:
+    """Return F, Q of one step and another behind it."""
+    (F1, Q1), (F2, Q2) = first, second
+    return [F2 @ F1, F2 @ Q1 @ F2.T + Q2]
+
+
+def _pair(results: Any) -> tuple[ca.MX, ca.MX]:
+    """Return the two results of a call: how many there are, the types do not say."""
+    first, second = results
+    return first, second
+
+
+def _branch(cases: Sequence[ca.Function], index: ca.MX, dt: ca.MX) -> ca.Function:
+    """Return one of several functions of Δt; the last where the index is beyond."""
+    branch = ca.Function.conditional("branch", list(cases[:-1]), cases[-1])
+    return _called("matrices", [dt], _pair(branch(index, dt)))
+
+
+def _nothing(n: int) -> list[ca.MX]:
+    return [ca.MX(ca.DM(np.full((n, n), np.nan)))] * 2
+
+
+def _called(name: str, arguments: Sequence[ca.MX], results: Sequence[ca.MX]) -> ca.Function:
+    """Return a function that stays one: written out, repeated steps would double the code."""
+    return ca.Function(name, list(arguments), list(results), {"never_inline": True})

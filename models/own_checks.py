@@ -1,0 +1,46 @@
+"""Parts of a model of one's own: whether they are what they should be at all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from models.errors import InputError
+from models.own_sensors import OwnSensor
+
+
+def check_parts(
+    model: str, n_noises: object, sensors: object, by_name: Mapping[str, object]
+) -> None:
+    """Raise `InputError` unless there is a number of noises, sensors by name, and mappings.
+
+    Parameters
+    ----------
+    model : its name
+    by_name : what it is → a mapping by name, or None
+    """
+    if isinstance(n_noises, bool) or not isinstance(n_noises, int | np.integer) or n_noises < 0:
+        raise InputError(f"model {model}: n_noises is {n_noises!r}, expected a whole number from 0")
+    for what, given in {"sensors": sensors, **by_name}.items():
+        if given is not None and not isinstance(given, Mapping):
+            raise InputError(f"model {model}: {what} are {given!r}, expected a mapping by name")
+    assert isinstance(sensors, Mapping)
+    for name, sensor in sensors.items():
+        if not isinstance(sensor, OwnSensor):
+            raise InputError(f"model {model}: sensor {name} is {sensor!r}, expected an OwnSensor")
+        if not isinstance(sensor.axes, Mapping) or not _are_texts(sensor.axes.values()):
+            raise InputError(
+                f"model {model}: axes of sensor {name} are {sensor.axes!r}, "
+                'expected axis → unit ("" where it has none)'
+            )
+        rate = sensor.rate_hz
+        if rate is not None and not (isinstance(rate, int | float | np.number) and rate > 0):
+            raise InputError(
+                f"model {model}: rate_hz of sensor {name} is {rate!r}, "
+                "expected a positive number or None"
+            )
+
+
+def _are_texts(values: Iterable[object]) -> bool:
+    return all(isinstance(value, str) for value in values)
