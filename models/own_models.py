@@ -24,6 +24,8 @@ from models.units import readable_unit, split_unit
 
 EMPTY_STEP_TOLERANCE = 1e-12
 """Rounding that a step of Δt = 0 may leave, of a state and its standard deviation."""
+SOME_STEP_S = 1e-3
+"""A step from a state where the model is defined has a result."""
 
 
 def own_model(
@@ -131,8 +133,11 @@ def _check_empty_step(
     n_w, signs = f.numel_in(1), (-1.0) ** np.arange(len(mean))
     inputs = [np.ones(f.numel_in(i)) for i in range(3, f.n_in())]
     for x, noise in ((mean + std, 1.0), (mean - std, -1.0), (mean + signs * std, 0.5)):
-        moved = f(x, np.full(n_w, noise), 0.0, *inputs).full().ravel() - x
-        rest = np.abs(moved) <= EMPTY_STEP_TOLERANCE * (np.abs(x) + std)
+        empty, some = (
+            f(x, np.full(n_w, noise), dt, *inputs).full().ravel() for dt in (0.0, SOME_STEP_S)
+        )
+        rest = np.abs(empty - x) <= EMPTY_STEP_TOLERANCE * (np.abs(x) + std)
+        rest |= ~np.isfinite(some)  # a rod of no length: such a state says nothing
         if rest.all():
             continue
         state = states[int(np.argmin(rest))]
