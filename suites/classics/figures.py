@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from benchmark.configurations import BENCHMARK_ESTIMATORS
 from benchmark.figures.figure import TRUTH, Figure, Line, Panel
+from benchmark.from_mhe import REFERENCE
 from benchmark.tasks.results import Results
 from suites.classics.problems import PROBLEMS
 
-SHOWN = ("ekf", "mhe-rti", "mhe", "mhe-ipopt")
+SHOWN = (*BENCHMARK_ESTIMATORS, REFERENCE)
 
 
 def figures(results: Results) -> Sequence[Figure]:
