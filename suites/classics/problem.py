@@ -91,6 +91,7 @@ class ClassicProblem:
     signals : (figures, time (n,), random numbers) → the inputs (n, n_u) that act
     kept : states whose noise the estimators reckon with, and the truth has not
     is_prior_drawn : whether the prior's mean is drawn about the truth's start, run by run
+    is_within_bounds : whether a truth that leaves the bounds is drawn anew
     is_reflected : whether the truth turns back at the bound, beyond which there is no reading
     succeeds_below : figures → RMS error of the judged state up to which a run succeeds
     is_linear : whether every estimator must be the Kalman filter
@@ -112,6 +113,7 @@ class ClassicProblem:
     signals: Callable[[Figures, Array, np.random.Generator], Array] = no_inputs
     kept: tuple[str, ...] = ()
     is_prior_drawn: bool = False
+    is_within_bounds: bool = False
     is_reflected: bool = False
     succeeds_below: Callable[[Figures], float] | None = None
     is_linear: bool = False

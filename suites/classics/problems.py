@@ -122,6 +122,7 @@ PROBLEMS: Mapping[str, ClassicProblem] = MappingProxyType(
             substeps=10,
             truth=_discs_truth,
             signals=_set_points,
+            is_within_bounds=True,
             judged="theta_1",
             label="θ₁ (kg m²)",
             from_s=6.0,

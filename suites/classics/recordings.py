@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -48,24 +49,12 @@ def recorded(case: str, seed: int) -> Recording:
     An input that is known with noise acts as it is; the recording has what is known of it.
     """
     problem, given, model = problem_named(case), figures_of(case), model_of(case)
-    n = given["samples"]
-    time_s = given["dt_s"] * np.arange(n)
-    acting = problem.signals(given, time_s, _stream(case, seed, "inputs"))
-    w = _stream(case, seed, "motion").standard_normal((n - 1, model.n_w))
-    errors = problem.noise(given).factors()[2]
-    known = acting.copy()
-    if errors.shape[1]:
-        known[:-1] -= w[:, -errors.shape[1] :] @ errors.T
-    for state in problem.kept:
-        w[:, _noise_of(case, state)] = 0
-    states = np.empty((n, model.n_x))
-    states[0] = problem.truth(given, _stream(case, seed, "start"))
-    for k in range(n - 1):
-        ends = (known[k], known[k + 1]) if model.n_u else ()
-        states[k + 1] = model.f(states[k], w[k], given["dt_s"], *ends).full().ravel()
-        if problem.is_reflected:
-            states[k + 1] = model.lower + np.abs(states[k + 1] - model.lower)
-    v = _stream(case, seed, "readings").standard_normal((n, model.n_y))
+    time_s = given["dt_s"] * np.arange(given["samples"])
+    streams = {purpose: _stream(case, seed, purpose) for purpose in ("inputs", "start", "motion")}
+    states, known = _moved(case, time_s, streams)
+    while problem.is_within_bounds and not _obey(model, states):
+        states, known = _moved(case, time_s, streams)
+    v = _stream(case, seed, "readings").standard_normal((len(time_s), model.n_y))
     exact = np.array([model.sensors[0].h(state).full().ravel() for state in states])
     return Recording(
         f"{case} {seed}",
@@ -74,6 +63,31 @@ def recorded(case: str, seed: int) -> Recording:
         Truth(time_s, model.state_names, states),
         dict(zip(problem.inputs, known.T, strict=True)),
     )
+
+
+def _moved(
+    case: str, time_s: Array, streams: Mapping[str, np.random.Generator]
+) -> tuple[Array, Array]:
+    """Draw true states (n, n_x), and what is known of the inputs (n, n_u)."""
+    problem, given, model = problem_named(case), figures_of(case), model_of(case)
+    known = problem.signals(given, time_s, streams["inputs"])
+    w = streams["motion"].standard_normal((len(time_s) - 1, model.n_w))
+    errors = problem.noise(given).factors()[2]
+    known[:-1] -= w[:, model.n_w - errors.shape[1] :] @ errors.T
+    for state in problem.kept:
+        w[:, _noise_of(case, state)] = 0
+    states = np.empty((len(time_s), model.n_x))
+    states[0] = problem.truth(given, streams["start"])
+    for k, noise in enumerate(w):
+        ends = (known[k], known[k + 1]) if model.n_u else ()
+        states[k + 1] = model.f(states[k], noise, given["dt_s"], *ends).full().ravel()
+        if problem.is_reflected:
+            states[k + 1] = model.lower + np.abs(states[k + 1] - model.lower)
+    return states, known
+
+
+def _obey(model: StateSpaceModel, states: Array) -> bool:
+    return bool(((model.lower <= states) & (states <= model.upper)).all())
 
 
 def _noise_of(case: str, state: str) -> Array:

@@ -53,7 +53,7 @@ SUITE = Suite(
         "which every estimator has to be the Kalman filter; a tank that is read through a "
         "root and nearly empty. All contenders read one file and the same samples; nothing is set "
         "but the horizon N. Truth is drawn with the model's noise; the tank's turns back at its "
-        "bound. Bounds are obeyed by the moving-horizon estimators; Kalman filters have none. "
+        "bound, a disc that turns faster than its own is drawn anew. Bounds are obeyed by the moving-horizon estimators; Kalman filters have none. "
         "“samples within 3 deviations” is the fraction of the judged samples whose error is at "
         "most three claimed deviations; “run within 3 deviations” is 1 for a run in which the "
         "RMS of that ratio is; “success” is 1 for a run whose RMS error is small enough (of the "
