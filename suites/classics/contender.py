@@ -1,15 +1,20 @@
-"""What a contender says of a recording, whoever it is."""
+"""A contender, whoever it is, and what it says of a recording."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from estimation.estimator import run
 from estimation.history import EstimateHistory
+from estimation.recording import Recording
 from models.arrays import Array
+from models.gaussian import GaussianState
+from pen_mhe.estimators import create_estimator, settings_read
+from suites.classics.recordings import model_of, settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,3 +46,22 @@ class Estimates:
         """(n,) whether all that it says is a number."""
         said = (self.mean, self.std) if self.claims else (self.mean,)
         return np.asarray(np.all([np.isfinite(values).all(axis=1) for values in said], axis=0))
+
+
+class ClassicContender(Protocol):
+    """Built once for a problem, whatever becomes of its recordings."""
+
+    def estimates(self, recording: Recording, prior: GaussianState) -> Estimates:
+        """Return what it makes of a recording, from a prior."""
+
+
+class OwnContender:
+    """An estimator of the product with the problem's N."""
+
+    def __init__(self, name: str, case: str) -> None:
+        chosen = settings_read(name, settings(case))
+        self._estimator = create_estimator(name, model_of(case), **chosen)
+
+    def estimates(self, recording: Recording, prior: GaussianState) -> Estimates:
+        """Return what it makes of a recording."""
+        return Estimates.of(run(self._estimator, recording, prior=prior))

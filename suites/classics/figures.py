@@ -8,9 +8,10 @@ from benchmark.configurations import BENCHMARK_ESTIMATORS
 from benchmark.figures.figure import TRUTH, Figure, Line, Panel
 from benchmark.from_mhe import REFERENCE
 from benchmark.tasks.results import Results
+from suites.classics import do_mpc
 from suites.classics.problems import PROBLEMS
 
-SHOWN = (*BENCHMARK_ESTIMATORS, REFERENCE)
+SHOWN = (*BENCHMARK_ESTIMATORS, REFERENCE, do_mpc.NAME)
 
 
 def figures(results: Results) -> Sequence[Figure]:

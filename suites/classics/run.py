@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import cache
-from typing import Any
+from types import MappingProxyType
 
 import numpy as np
 
 from benchmark.tasks.task import Outcome, Quantity, Series, Task
-from estimation.estimator import Estimator, run
 from estimation.recording import Recording
 from models.arrays import Array
 from models.gaussian import GaussianState
-from pen_mhe.estimators import create_estimator, settings_read
-from suites.classics.contender import Estimates
+from suites.classics import do_mpc
+from suites.classics.contender import ClassicContender, OwnContender
 from suites.classics.kalman import filtered
 from suites.classics.problem import ClassicProblem
 from suites.classics.problems import figures_of, problem_named
-from suites.classics.recordings import SENSOR, model_of, prior_of, recorded, settings
+from suites.classics.recordings import SENSOR, model_of, prior_of, recorded
 
+PEERS: Mapping[str, Callable[[str], ClassicContender]] = MappingProxyType(
+    {do_mpc.NAME: do_mpc.DoMpcEstimator}
+)
+"""Contenders of others: case → contender."""
 DEVIATIONS = 3.0
 """An error within so many claimed deviations is one that the estimator knew of."""
 WITHIN = "samples within 3 deviations"
@@ -36,7 +40,7 @@ def run_problem(task: Task) -> Outcome:
     problem, model = problem_named(task.case), model_of(task.case)
     recording = recorded(task.case, task.seed)
     prior = prior_of(task.case, recording, task.seed)
-    found = _estimates(task.estimator, task.case, recording, prior)
+    found = _contender(task.estimator, task.case).estimates(recording, prior)
     assert recording.truth is not None
     i = list(problem.states).index(problem.judged)
     estimate, std = found.mean[:, i], found.std[:, i]
@@ -68,13 +72,9 @@ def run_problem(task: Task) -> Outcome:
     )
 
 
-def _estimates(name: str, case: str, recording: Recording, prior: GaussianState) -> Estimates:
-    return Estimates.of(run(_estimator(name, case), recording, prior=prior))
-
-
 @cache
-def _estimator(name: str, case: str) -> Estimator[Any]:
-    return create_estimator(name, model_of(case), **settings_read(name, settings(case)))
+def _contender(name: str, case: str) -> ClassicContender:
+    return PEERS[name](case) if name in PEERS else OwnContender(name, case)
 
 
 def _beside_claimed(errors: Array) -> list[Quantity]:
