@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,11 +56,11 @@ class ClassicContender(Protocol):
 
 
 class OwnContender:
-    """An estimator of the product with the problem's N."""
+    """An estimator of the product with the problem's N, and settings beside it."""
 
-    def __init__(self, name: str, case: str) -> None:
+    def __init__(self, name: str, case: str, **more: Any) -> None:
         chosen = settings_read(name, settings(case))
-        self._estimator = create_estimator(name, model_of(case), **chosen)
+        self._estimator = create_estimator(name, model_of(case), **chosen, **more)
 
     def estimates(self, recording: Recording, prior: GaussianState) -> Estimates:
         """Return what it makes of a recording."""

@@ -13,7 +13,7 @@ from estimation.recording import Recording
 from models.arrays import Array
 from models.gaussian import GaussianState
 from suites.classics import do_mpc
-from suites.classics.contender import ClassicContender, OwnContender
+from suites.classics.contender import ClassicContender, Estimates, OwnContender
 from suites.classics.kalman import filtered
 from suites.classics.problem import ClassicProblem
 from suites.classics.problems import figures_of, problem_named
@@ -36,40 +36,58 @@ SAME_FILTER = 1e-9
 
 
 def run_problem(task: Task) -> Outcome:
-    """Run one task: errors of the judged state behind `from_s`, and what is counted."""
-    problem, model = problem_named(task.case), model_of(task.case)
+    """Run one task."""
     recording = recorded(task.case, task.seed)
     prior = prior_of(task.case, recording, task.seed)
     found = _contender(task.estimator, task.case).estimates(recording, prior)
-    assert recording.truth is not None
-    i = list(problem.states).index(problem.judged)
-    estimate, std = found.mean[:, i], found.std[:, i]
-    truth, unit = recording.truth.values[:, i], problem.states[problem.judged]
-    judged = recording.time_s >= problem.from_s - 1e-9
-    errors = (estimate - truth)[judged]
-    claimed = std[judged] if found.claims else None
-    quantities = [
-        _errors(problem.judged, unit, errors, claimed),
-        Quantity.single(SOLVED, "1", float((found.is_finite & found.is_solved).mean())),
-    ]
-    if claimed is not None:
-        quantities += _beside_claimed(errors / claimed)
-    if problem.succeeds_below is not None:
-        limit = problem.succeeds_below(figures_of(task.case))
-        quantities.append(_verdict(SUCCESS, _rms(errors) <= limit))
-    if problem.is_linear:
-        quantities += _beside_filter(problem, task.case, recording, prior, found.mean)
     return Outcome(
-        model.name,
-        tuple(quantities),
+        model_of(task.case).name,
+        tuple(quantities(task.case, recording, prior, found)),
         len(recording.time_s),
         float(found.is_solved.mean()),
         float(np.median(found.step_time_s)),
         float(np.quantile(found.step_time_s, 0.99)),
-        series=(Series(problem.judged, unit, recording.time_s, estimate, std, truth),)
-        if task.seed == 0
-        else (),
+        series=(_series(task.case, recording, found),) if task.seed == 0 else (),
     )
+
+
+def quantities(
+    case: str, recording: Recording, prior: GaussianState, found: Estimates
+) -> list[Quantity]:
+    """Return errors of the judged state behind `from_s`, and what is counted.
+
+    Parameters
+    ----------
+    prior : that the estimates began from
+    """
+    problem, shown = problem_named(case), _series(case, recording, found)
+    assert shown.std is not None
+    assert shown.truth is not None
+    judged = shown.time_s >= problem.from_s - 1e-9
+    errors = (shown.estimate - shown.truth)[judged]
+    claimed = shown.std[judged] if found.claims else None
+    told = [
+        _errors(problem.judged, shown.unit, errors, claimed),
+        Quantity.single(SOLVED, "1", float((found.is_finite & found.is_solved).mean())),
+    ]
+    if claimed is not None:
+        with np.errstate(all="ignore"):  # a claimed deviation of 0 is one more error
+            told += _beside_claimed(errors / claimed)
+    if problem.succeeds_below is not None:
+        limit = problem.succeeds_below(figures_of(case))
+        told.append(_verdict(SUCCESS, _rms(errors) <= limit))
+    if problem.is_linear:
+        told += _beside_filter(problem, case, recording, prior, found.mean)
+    return told
+
+
+def _series(case: str, recording: Recording, found: Estimates) -> Series:
+    """Return the judged state over time."""
+    problem, truth = problem_named(case), recording.truth
+    assert truth is not None
+    i = list(problem.states).index(problem.judged)
+    of_state = (found.mean[:, i], found.std[:, i], truth.values[:, i])
+    return Series(problem.judged, problem.states[problem.judged], recording.time_s, *of_state)
 
 
 @cache
@@ -107,7 +125,8 @@ def _verdict(name: str, holds: bool) -> Quantity:
 
 
 def _rms(errors: Array) -> float:
-    return float(np.sqrt((errors**2).mean()))
+    with np.errstate(over="ignore"):
+        return float(np.sqrt((errors**2).mean()))
 
 
 def _errors(name: str, unit: str, errors: Array, claimed: Array | None = None) -> Quantity:
