@@ -77,6 +77,7 @@ class ClassicProblem:
 
     Parameters
     ----------
+    title : for people
     states, axes, inputs : names of the states, of the readings and of known inputs → unit
     rate : ẋ
     reads : (x, figures) → the readings
@@ -97,6 +98,7 @@ class ClassicProblem:
     is_linear : whether every estimator must be the Kalman filter
     """
 
+    title: str
     states: Mapping[str, str]
     axes: Mapping[str, str]
     rate: Rate

@@ -71,6 +71,7 @@ def _pendulum_prior(given: Figures) -> tuple[Array, Array]:
 PROBLEMS: Mapping[str, ClassicProblem] = MappingProxyType(
     {
         "gas_2A_to_B": ClassicProblem(
+            title="2A → B",
             states={"pa": "", "pb": ""},
             axes=PLAIN,
             rate=rates.two_a_to_b,
@@ -83,6 +84,7 @@ PROBLEMS: Mapping[str, ClassicProblem] = MappingProxyType(
             succeeds_below=lambda given: 0.2,
         ),
         "gas_A_B_C": ClassicProblem(
+            title="A ⇌ B + C, 2B ⇌ C",
             states=dict.fromkeys("abc", ""),
             axes=PLAIN,
             rate=rates.a_b_c,
@@ -95,6 +97,7 @@ PROBLEMS: Mapping[str, ClassicProblem] = MappingProxyType(
             succeeds_below=lambda given: 0.01,
         ),
         "van_der_pol": ClassicProblem(
+            title="van der Pol's oscillator",
             states={"x": "", "v": "1/s", "mu": ""},
             axes=PLAIN,
             rate=rates.van_der_pol,
@@ -105,6 +108,7 @@ PROBLEMS: Mapping[str, ClassicProblem] = MappingProxyType(
             from_s=7.5,
         ),
         "rotating_masses": ClassicProblem(
+            title="rotating masses",
             states={
                 **{f"phi_{i}": "rad" for i in (1, 2, 3)},
                 **{f"dphi_{i}": "rad/s" for i in (1, 2, 3)},
@@ -129,6 +133,7 @@ PROBLEMS: Mapping[str, ClassicProblem] = MappingProxyType(
             succeeds_below=lambda given: 0.01 * float(given["theta_1_true"]),
         ),
         "pendulum_on_cart": ClassicProblem(
+            title="pendulum on a cart",
             states={"x": "m", "theta": "rad", "v": "m/s", "omega": "rad/s", "length": "m"},
             axes={"x": "m", "theta": "rad", "v": "m/s", "omega": "rad/s"},
             inputs={"force": "N"},
@@ -148,6 +153,7 @@ PROBLEMS: Mapping[str, ClassicProblem] = MappingProxyType(
             from_s=2.5,
         ),
         "damped_spring": ClassicProblem(
+            title="damped spring",
             states={"x": "m", "v": "m/s"},
             axes={"x": "m"},
             inputs={"force": "N"},
@@ -165,6 +171,7 @@ PROBLEMS: Mapping[str, ClassicProblem] = MappingProxyType(
             is_linear=True,
         ),
         "tank": ClassicProblem(
+            title="nearly empty tank",
             states={"x": ""},
             axes=PLAIN,
             rate=rates.at_rest,
