@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import re
 import runpy
 from math import factorial
 from pathlib import Path
@@ -161,18 +160,3 @@ def test_a_looser_tolerance_than_the_default_leaves_the_optimum_by_more_than_a_m
     ]
     assert script["TOLERANCES"][0] == TOLERANCE
     assert apart[0].max() < 1e-6 < apart[1].max()
-
-
-def test_an_arrival_cost_at_the_windows_estimate_finds_what_an_ekf_does_not(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    """The field's classic, a few runs of it."""
-    script, seeds = runpy.run_path(str(EXAMPLE.with_name("arrival_cost.py"))), 4
-    for name in list(script["PROBLEMS"])[1:]:
-        del script["PROBLEMS"][name]
-    script["main"](seeds)
-    rows = [re.split(r"  +", line) for line in capsys.readouterr().out.splitlines()]
-    found = {label: int(count.split()[0]) for _, label, count in rows}
-    for estimator in ("mhe", "mhe-rti", "mhe-rti, full passes"):
-        assert found[f"{estimator}, smoothed"] == seeds
-    assert found["ekf"] == found["mhe, filtered"] < seeds

@@ -44,6 +44,7 @@ class Panel:
     lines : the first ones are drawn below
     x_log, y_log : logarithmic axes
     equal : one unit is as long on both axes: paths on paper
+    own_x : its x axis is its own, whatever the panels of its column have
     """
 
     title: str
@@ -53,6 +54,7 @@ class Panel:
     x_log: bool = False
     y_log: bool = False
     equal: bool = False
+    own_x: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +66,7 @@ class Figure:
     key : for file names and links: ``pen-figure-4``
     title : what is to be seen
     caption : sentences: how it was made, what to look at
-    panels : by rows; panels of one column share their x axis where their labels agree
+    panels : by rows; panels of one column share their x axis where their labels agree, see `own_x`
     columns : number of panels beside each other
     """
 

@@ -40,7 +40,7 @@ def places(figure: Figure, columns: int | None = None) -> list[Place]:
     first: dict[tuple[int, str, bool], int] = {}
     shares = []
     for number, panel in enumerate(figure.panels):
-        if panel.equal:
+        if panel.equal or panel.own_x:
             shares.append(number)
         else:
             shares.append(first.setdefault((number % wide, panel.x_label, panel.x_log), number))

@@ -42,6 +42,7 @@ NAMED: Mapping[str, Colour] = MappingProxyType(
         "mhe-ipopt": Colour("#6a4fc4", "#b7a4ff"),
         "fixed-weight": Colour("#8b6900", "#e3c34a"),
         "gyro-free": Colour("#00758c", "#4ecbe4"),
+        "do-mpc": Colour("#5d6670", "#aab4bf"),
     }
 )
 """Line name → colour. Neighbours differ in lightness or hue also without red and green."""
@@ -51,7 +52,6 @@ OTHERS: tuple[Colour, ...] = (
     Colour("#b5305a", "#ff8bab"),
     Colour("#557a00", "#b2d84f"),
     Colour("#7a5641", "#d9ae94"),
-    Colour("#5d6670", "#aab4bf"),
     Colour("#0d5c8a", "#7ad0ff"),
     Colour("#914ba8", "#dd9ff2"),
     Colour("#a05a00", "#ffb84d"),

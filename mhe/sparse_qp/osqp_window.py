@@ -73,6 +73,9 @@ hold."""
 ACCURATE = 1e-10
 """Largest residual of the optimality conditions, everything in standard deviations."""
 
+UNLIMITED = 1e30
+"""OSQP's infinity: a row that has to be beyond it is a contradiction to it, and an exception."""
+
 SCALE_KEPT = 4.0
 """While no standard deviation has changed by more than this factor, S stays."""
 
@@ -159,12 +162,12 @@ class OsqpWindow:
             )
         prior, d = self.lineariser.carried(window.prior, d, window.x[0])
         linear = self.lineariser(window, scales, prior=prior)
-        L = _factor(prior.covariance)
+        L = factor_of(prior.covariance)
         self._rescale(linear.newest)
         qp = ScaledQp(self._pattern, linear, L, d, scales.noises, self._scale)
-        if not qp.is_finite:
+        lower, upper = limits = qp.limits(demanded)
+        if not qp.is_finite or (lower > UNLIMITED).any() or (upper < -UNLIMITED).any():
             return self._unsolved(window, linear.newest, Status.NOT_FINITE, 0)
-        limits = qp.limits(demanded)
         kept = self._hand_over(qp, *limits)
         here = start_at_trajectory(window, qp)
         start = here if self._last is None else self._last.start(self.lineariser, window, qp)
@@ -233,7 +236,7 @@ class OsqpWindow:
         return False
 
 
-def _factor(P: Array) -> Array:
+def factor_of(P: Array) -> Array:
     """Return the Cholesky factor of P, NaN where there is none."""
     try:
         return np.asarray(np.linalg.cholesky(P))

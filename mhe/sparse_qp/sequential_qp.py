@@ -21,7 +21,7 @@ from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheConfig, RealTimeConfig
 from mhe.constraint_rows import demanded
-from mhe.sparse_qp.osqp_window import OsqpWindow, QpSolution
+from mhe.sparse_qp.osqp_window import OsqpWindow, QpSolution, factor_of
 from mhe.trajectory import Trajectory, WindowSolution
 from mhe.weights import Weights
 from mhe.window_memory import Scales
@@ -162,7 +162,9 @@ class SequentialQp:
         self, qp: OsqpWindow, point: _QpPoint, measurements: tuple[Measurement, ...]
     ) -> float:
         away = qp.lineariser.difference(point.x[0], point.prior.mean)
-        L = np.linalg.cholesky(point.prior.covariance)
+        L = factor_of(point.prior.covariance)
+        if np.isnan(L).any():
+            return float("nan")
         cost = float(np.sum(solve_triangular(L, away, lower=True) ** 2)) / 2
         cost += sum(self._weights.noises(w)[1] for w in point.w)
         return cost + sum(

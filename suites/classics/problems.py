@@ -1,41 +1,26 @@
-"""The problems of ``classics.toml`` as models, and their recordings.
-
-States have no unit of the product's table yet: their names end in ``_m`` for the amount that the
-problem counts, whatever that is.
-"""
+"""The problems of ``classics.toml``, one row each."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from estimation.recording import Recording, Truth
 from models.arrays import Array
-from models.differential import ode
 from models.names import unknown
-from models.own_models import own_model
-from models.own_sensors import OwnSensor
-from models.random_streams import seed_sequence, stream
-from models.state_space import StateSpaceModel
-from suites.classics.rates import (
-    Figures,
-    Rate,
-    a_b_c,
-    at_rest,
-    two_a_to_b,
-    van_der_pol,
-)
+from suites.classics import rates
+from suites.classics.problem import ClassicProblem, Noise
+from suites.classics.rates import Figures
 
 FILE = Path(__file__).with_name("classics.toml")
-SENSOR, AXIS = "reading", "y"
+NOT_NEGATIVE = (0.0, None)
+PLAIN = MappingProxyType({"y": ""})
+"""A reading without a unit."""
 
 
 @cache
@@ -44,93 +29,159 @@ def figures_of(case: str) -> Figures:
     return MappingProxyType(tomllib.loads(FILE.read_text("utf-8"))[case])
 
 
-@dataclass(frozen=True)
-class ClassicProblem:
-    """What the file says in words, as functions.
+def _per_step(given: Figures) -> Noise:
+    n = len(given["q"])
+    return Noise.of(n, 0, behind=np.array(given["q"]) / np.sqrt(given["dt_s"]))
 
-    Parameters
-    ----------
-    states : names of the components, without units
-    rate : ẋ
-    reads : (x, figures) → the reading
-    noise : figures → (n_x,) standard deviations
-    per_step : whether the noise is one of a step of dt, or one per √s
-    lower : bound of every state that the moving-horizon estimators obey; None for none
-    judged : the state of which the suite speaks
-    from_s : from when on it is judged
-    label : of its axis, with its unit
-    reflected : whether the truth turns back at the bound, beyond which there is no reading
-    """
 
-    states: tuple[str, ...]
-    rate: Rate
-    reads: Callable[[ca.SX, Figures], ca.SX]
-    noise: Callable[[Figures], list[float]]
-    per_step: bool
-    lower: float | None
-    judged: str
-    from_s: float
-    label: str
-    reflected: bool = False
+def _discs_prior(given: Figures) -> tuple[Array, Array]:
+    theta, other = given["theta_1_prior"], given["other_prior"]
+    mean, std = (np.full(9, other[name]) for name in ("mean", "std"))
+    mean[-1], std[-1] = theta["mean"], theta["std"]
+    return mean, std
 
-    def transition(self, given: Figures) -> Callable[[ca.SX, ca.SX, ca.SX], ca.SX]:
-        """Return (x, w, Δt) → the next x. The noise of a step grows as √Δt between samples."""
-        scale = ca.DM(self.noise(given)) / (np.sqrt(given["dt_s"]) if self.per_step else 1)
 
-        follow = ode(lambda x, w: self.rate(x, given))
+def _discs_truth(given: Figures, rng: np.random.Generator) -> Array:
+    others = given["other_truth"] * rng.uniform(-1, 1, 8)
+    return np.append(others, given["theta_1_true"])
 
-        def moved(x: ca.SX, w: ca.SX, dt: ca.SX) -> ca.SX:
-            return follow(x, w, dt) + ca.sqrt(dt) * scale * w
 
-        return moved
+def _set_points(given: Figures, time_s: Array, rng: np.random.Generator) -> Array:
+    """Return two set-points (n, 2): zero at first, both new with probability 0.2 a step."""
+    changed, drawn = rng.random(len(time_s)) < 0.2, rng.uniform(-0.8, 0.8, (len(time_s), 2))
+    points = np.zeros((len(time_s), 2))
+    for k in range(1, len(time_s)):
+        points[k] = drawn[k] if changed[k] else points[k - 1]
+    return points
+
+
+def _discs_bounds(given: Figures) -> dict[str, tuple[float | None, float | None]]:
+    low, high = given["theta_1_prior"]["bounds"]
+    rate = given["rate_bounds_rad_s"]
+    return {"theta_1": (low, high)} | {f"dphi_{i}": (-rate, rate) for i in (1, 2, 3)}
+
+
+def _pendulum_prior(given: Figures) -> tuple[Array, Array]:
+    others, length = given["prior"], given["prior_length_m"]
+    std = np.full(5, others["std"])
+    std[-1] = length["std"]
+    return np.append(others["mean"], length["mean"]), std
 
 
 PROBLEMS: Mapping[str, ClassicProblem] = MappingProxyType(
     {
         "gas_2A_to_B": ClassicProblem(
-            states=("pa", "pb"),
-            rate=two_a_to_b,
+            title="2A → B",
+            states={"pa": "", "pb": ""},
+            axes=PLAIN,
+            rate=rates.two_a_to_b,
             reads=lambda x, given: x[0] + x[1],
-            noise=lambda given: given["q"],
-            per_step=True,
-            lower=0.0,
+            noise=_per_step,
+            bounds=lambda given: dict.fromkeys(("pa", "pb"), NOT_NEGATIVE),
             judged="pa",
-            from_s=5.0,
             label="P_A (units of pressure)",
+            from_s=5.0,
+            succeeds_below=lambda given: 0.2,
         ),
         "gas_A_B_C": ClassicProblem(
-            states=("a", "b", "c"),
-            rate=a_b_c,
+            title="A ⇌ B + C, 2B ⇌ C",
+            states=dict.fromkeys("abc", ""),
+            axes=PLAIN,
+            rate=rates.a_b_c,
             reads=lambda x, given: given["RT"] * (x[0] + x[1] + x[2]),
-            noise=lambda given: given["q"],
-            per_step=True,
-            lower=0.0,
+            noise=_per_step,
+            bounds=lambda given: dict.fromkeys("abc", NOT_NEGATIVE),
             judged="c",
-            from_s=15.0,
             label="c (units of concentration)",
+            from_s=15.0,
+            succeeds_below=lambda given: 0.01,
         ),
         "van_der_pol": ClassicProblem(
-            states=("x", "v", "mu"),
-            rate=van_der_pol,
+            title="van der Pol's oscillator",
+            states={"x": "", "v": "1/s", "mu": ""},
+            axes=PLAIN,
+            rate=rates.van_der_pol,
             reads=lambda x, given: x[0],
-            noise=lambda given: given["q_per_sqrt_s"],
-            per_step=False,
-            lower=None,
+            noise=lambda given: Noise.of(3, 0, behind=given["q_per_sqrt_s"]),
             judged="mu",
-            from_s=7.5,
             label="μ (1)",
+            from_s=7.5,
+        ),
+        "rotating_masses": ClassicProblem(
+            title="rotating masses",
+            states={
+                **{f"phi_{i}": "rad" for i in (1, 2, 3)},
+                **{f"dphi_{i}": "rad/s" for i in (1, 2, 3)},
+                **{f"motor_{i}": "rad" for i in (1, 2)},
+                "theta_1": "kg m²",
+            },
+            axes={f"phi_{i}": "rad" for i in (1, 2, 3)},
+            inputs={f"set_point_{i}": "rad" for i in (1, 2)},
+            rate=rates.rotating_masses,
+            reads=lambda x, given: x[:3],
+            noise=lambda given: Noise.of(9, 2, on_inputs=1e-2 / np.sqrt(20)),
+            prior=_discs_prior,
+            bounds=_discs_bounds,
+            # A motor's lag is a tenth of a sample.
+            substeps=10,
+            truth=_discs_truth,
+            signals=_set_points,
+            is_within_bounds=True,
+            judged="theta_1",
+            label="θ₁ (kg m²)",
+            from_s=6.0,
+            succeeds_below=lambda given: 0.01 * float(given["theta_1_true"]),
+        ),
+        "pendulum_on_cart": ClassicProblem(
+            title="pendulum on a cart",
+            states={"x": "m", "theta": "rad", "v": "m/s", "omega": "rad/s", "length": "m"},
+            axes={"x": "m", "theta": "rad", "v": "m/s", "omega": "rad/s"},
+            inputs={"force": "N"},
+            rate=rates.pendulum_on_cart,
+            reads=lambda x, given: x[:4],
+            noise=lambda given: Noise.of(
+                5, 1, on_rates=[*1 / np.sqrt(10 * np.array([0.2, 0.2, 2, 2])), 1.0]
+            ),
+            prior=_pendulum_prior,
+            truth=lambda given, rng: np.append(given["truth"], given["length_m"]),
+            kept=("length",),
+            signals=lambda given, time_s, rng: (40 * np.sin(2 * np.pi * time_s) * np.exp(-time_s))[
+                :, None
+            ],
+            judged="length",
+            label="rod length (m)",
+            from_s=2.5,
+        ),
+        "damped_spring": ClassicProblem(
+            title="damped spring",
+            states={"x": "m", "v": "m/s"},
+            axes={"x": "m"},
+            inputs={"force": "N"},
+            rate=rates.damped_spring,
+            reads=lambda x, given: x[0],
+            noise=lambda given: Noise.of(2, 1, on_rates=[0.0, given["w"]]),
+            prior=lambda given: (np.array(given["truth"]), np.full(2, 0.01)),
+            is_prior_drawn=True,
+            signals=lambda given, time_s, rng: np.where(
+                np.arange(len(time_s)) < len(time_s) // 2, np.cos(time_s), 0.0
+            )[:, None],
+            judged="x",
+            label="x (m)",
+            from_s=0.0,
+            is_linear=True,
         ),
         "tank": ClassicProblem(
-            states=("x",),
-            rate=at_rest,
+            title="nearly empty tank",
+            states={"x": ""},
+            axes=PLAIN,
+            rate=rates.at_rest,
             reads=lambda x, given: ca.sqrt(x[0]),
-            noise=lambda given: [0.02],
-            per_step=False,
-            lower=1e-4,
+            noise=lambda given: Noise.of(1, 0, behind=0.02),
+            bounds=lambda given: {"x": (1e-4, None)},
             judged="x",
-            from_s=0.0,
             label="x (units of level)",
-            reflected=True,
+            from_s=0.0,
+            is_reflected=True,
         ),
     }
 )
@@ -142,53 +193,3 @@ def problem_named(case: str) -> ClassicProblem:
     if case not in PROBLEMS:
         raise unknown("case", case, PROBLEMS)
     return PROBLEMS[case]
-
-
-@cache
-def model_of(case: str) -> StateSpaceModel:
-    """Return the model that every contender reads."""
-    problem, given = problem_named(case), figures_of(case)
-    mean, std = (np.atleast_1d(given["prior"][name]) for name in ("mean", "std"))
-    names = [f"{name}_m" for name in problem.states]
-    known = {name: (float(m), float(s)) for name, m, s in zip(names, mean, std, strict=True)}
-    sensor = OwnSensor(
-        lambda x: problem.reads(x, given), {AXIS: "m"}, given["r"], 1 / given["dt_s"]
-    )
-    bounds = None if problem.lower is None else dict.fromkeys(names, (problem.lower, None))
-    return own_model(
-        case.replace("_", " "),
-        known,
-        problem.transition(given),
-        len(names),
-        {SENSOR: sensor},
-        bounds=bounds,
-    )
-
-
-def recorded(case: str, seed: int) -> Recording:
-    """Draw a truth from the model's noise, and its readings."""
-    problem, given, model = problem_named(case), figures_of(case), model_of(case)
-    n = given["samples"]
-    w = _drawn(seed, f"motion of {case}", (n - 1, model.n_w))
-    v = _drawn(seed, f"readings of {case}", (n,))
-    states = np.empty((n, model.n_x))
-    states[0] = given["truth"]
-    for k in range(n - 1):
-        states[k + 1] = model.f(states[k], w[k], given["dt_s"]).full().ravel()
-        if problem.reflected and problem.lower is not None:
-            states[k + 1] = problem.lower + np.abs(states[k + 1] - problem.lower)
-    time_s = given["dt_s"] * np.arange(n)
-    exact = np.array([float(model.sensors[0].h(state)) for state in states])
-    readings = (exact + given["r"] * v)[:, None]
-    return Recording(
-        f"{case} {seed}", time_s, {SENSOR: readings}, Truth(time_s, model.state_names, states)
-    )
-
-
-def _drawn(seed: int, purpose: str, shape: tuple[int, ...]) -> Array:
-    return np.asarray(stream(seed_sequence(seed), purpose).standard_normal(shape))
-
-
-def settings(case: str) -> dict[str, Any]:
-    """Return what is set of a moving-horizon estimator: N, and nothing else."""
-    return {"horizon": int(figures_of(case)["N"])}

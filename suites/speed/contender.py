@@ -7,18 +7,18 @@ form is made in `prepare`, which is not timed; `solve` is.
 
 from __future__ import annotations
 
-import importlib
-import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import version
-from types import ModuleType
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.state_space import StateSpaceModel
+from suites.peers import (
+    ContenderAbsentError as ContenderAbsentError,
+)  # all three are looked for here
+from suites.peers import in_silence as in_silence
+from suites.peers import peer as peer
 from suites.speed.clock import Counted
 
 ItemT = TypeVar("ItemT")
@@ -32,10 +32,6 @@ STREAM_CALL, FULL_STREAM_CALL = "stream, compiled call", "stream, compiled call,
 EXPORTED, EXPORTED_FLOAT = "step, exported C", "step, exported C, float"
 BUFFERS, ALGEBRA = "step, compiled callbacks", "step, algebra only"
 """Modes: what is done with an item, or which part of it is timed."""
-
-
-class ContenderAbsentError(Exception):
-    """A contender cannot be built here; its message says why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,31 +95,7 @@ class Entry(Generic[ItemT]):
         return f"{self.name} ({self.mode})"
 
 
-@contextmanager
-def in_silence() -> Iterator[None]:
-    """Keep a peer's warnings to itself: they are about itself."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
-
-
 def knows_only_bounds(model: StateSpaceModel) -> None:
     """Raise `ContenderAbsentError` where a model has inequalities beside its bounds."""
     if model.inequality.numel_out(0):
         raise ContenderAbsentError("its problem is written down here with bounds only")
-
-
-def peer(module: str, package: str) -> tuple[Any, str]:
-    """Import a peer only now, in silence; return the module and the package's version.
-
-    Raises
-    ------
-    ContenderAbsentError
-        If it cannot be imported.
-    """
-    try:
-        with in_silence():
-            found: ModuleType = importlib.import_module(module)
-    except ImportError as error:
-        raise ContenderAbsentError(f"{package} cannot be imported ({error})") from None
-    return found, f"{package} {version(package)}"

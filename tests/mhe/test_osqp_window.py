@@ -192,6 +192,19 @@ def test_a_prior_without_a_factor_and_absurd_readings_say_so() -> None:
     assert run(linearised(model, measurements, seed=0), osqp).solved
 
 
+@pytest.mark.parametrize("is_first", [True, False])
+def test_readings_beyond_osqps_infinity_say_so(is_first: bool) -> None:
+    """Set up with them it raised; handed over to it, it kept the numbers of the window before."""
+    model, measurements = bounded_stream(4)
+    osqp = OsqpWindow(model, 4)
+    if not is_first:
+        assert run(linearised(model, measurements, seed=0), osqp).solved
+    window = linearised(model, measurements, seed=0)
+    window.view.y[2] = 1e35
+    assert run(window, osqp).status is Status.NOT_FINITE
+    assert run(linearised(model, measurements, seed=0), osqp).solved
+
+
 def test_the_prior_may_say_nothing() -> None:
     """Deviations a million times as large: readings alone hold the window."""
     system = constant_acceleration_system(1)

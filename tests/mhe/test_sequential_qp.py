@@ -15,6 +15,7 @@ from mhe.constraint_rows import constrain_function
 from mhe.reference.ipopt import MheIpopt
 from mhe.sparse_qp.sequential_qp import ConstrainedSolution, SequentialQp
 from models.errors import InputError
+from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 from suites.optimum.cases import rolled_out
 from tests.estimation import pens
@@ -37,6 +38,17 @@ def solve(
     window = tuple(measurements)
     guess = rolled_out(model, model.prior.mean, window)
     return SequentialQp(model, config).solve_window(model.prior, window, guess)
+
+
+def test_a_prior_without_a_factor_is_an_outcome() -> None:
+    system = constant_acceleration_system(1)
+    model = system.model.replace(lower=np.full(system.model.n_x, -1e3))
+    measurements = tuple(system.simulate(0.1 * np.arange(4), np.random.default_rng(0), missing=0.0))
+    prior = GaussianState(model.prior.mean, -np.eye(model.n_x))
+    guess = rolled_out(model, model.prior.mean, measurements)
+    found = SequentialQp(model, TIGHT).solve_window(prior, measurements, guess)
+    assert found.solution.status is Status.NOT_FINITE
+    assert np.isnan(found.solution.cost)
 
 
 @pytest.mark.slow

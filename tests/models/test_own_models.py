@@ -168,6 +168,17 @@ def discrete(x: ca.SX, w: ca.SX, dt: ca.SX) -> ca.SX:
     return ca.vertcat(x[0] + dt * x[1], x[1] + 0.1 * w[0])
 
 
+def test_a_state_where_a_model_is_not_defined_says_nothing_of_an_empty_step() -> None:
+    """A rod of length 1 ± 1 m: at one deviation below its mean it has none."""
+    states = {"angle_rad": (0.1, 0.1), "length_m": (1.0, 1.0)}
+
+    def swings(x: ca.SX, w: ca.SX, dt: ca.SX) -> ca.SX:
+        return ca.vertcat(x[0] - dt * x[0] / x[1], x[1])
+
+    model = cart_model(states, swings)
+    assert not np.isfinite(model.f([0.1, 0.0], 0.0, 0.01).full()).all()
+
+
 BAD: Mapping[str, tuple[Callable[[], object], str]] = {
     "a mean alone": (
         lambda: cart_model({"distance_m": 0.3, "speed_m_s": (0, 1)}),

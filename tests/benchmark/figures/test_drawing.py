@@ -98,6 +98,9 @@ def test_axes_are_shared_within_a_column_logarithmic_and_equal() -> None:
     equal = plotly_layout(figure(line, panels=2, equal=True))
     assert equal["yaxis2"]["scaleanchor"] == "x2"
     assert "matches" not in equal["xaxis2"]
+    own = plotly_layout(figure(line, panels=2, own_x=True))
+    assert "matches" not in own["xaxis2"]
+    assert own["xaxis"]["showticklabels"]
 
 
 def test_plotly_takes_no_markup_from_labels() -> None:
