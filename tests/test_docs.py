@@ -20,6 +20,7 @@ import pytest
 from estimation.estimator import run
 from mhe.scheme import TOLERANCE
 from models.arrays import Array
+from models.own_models import own_model
 from models.pen import pen_model
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors
@@ -176,3 +177,19 @@ def test_an_arrival_cost_at_the_windows_estimate_finds_what_an_ekf_does_not(
     for estimator in ("mhe", "mhe-rti", "mhe-rti, full passes"):
         assert found[f"{estimator}, smoothed"] == seeds
     assert found["ekf"] == found["mhe, filtered"] < seeds
+
+
+def test_the_page_of_own_models_runs() -> None:
+    """Block by block; what each of them builds, an estimator takes."""
+    page, names = EXAMPLE.with_name("own_models.md"), dict[str, Any]()
+    for block in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
+        exec(compile(block, str(page), "exec"), names)
+    for name in ("history", "found", "levels", "started", "again"):
+        assert names[name].solved_fraction == 1
+    assert names["mu_std"] < 0.1 * names["oscillator"].prior.std[2]
+    for name in ("ship", "pendulum", "spring"):
+        given = {"u1": 1.0} if names[name].n_u else None
+        recording = simulate_model(names[name], duration_s=1.0, inputs=given)
+        assert run(create_estimator("ekf", names[name]), recording).solved_fraction == 1
+    own_model("radar", {"x": (2, 1), "v": (0, 1)}, lambda x, w, dt: x, 0, {"radar": names["radar"]})
+    assert names["reference"].config.ipopt == {"max_iter": 500, "linear_solver": "mumps"}
