@@ -17,7 +17,13 @@ TRUTH_TOLERANCE_S = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """True states: times (n,), the names of the states and their values (n, k)."""
+    """True states: times (n,), the names of the states and their values (n, k).
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit together, or they are no numbers.
+    """
 
     time_s: Array
     names: tuple[str, ...]

@@ -18,6 +18,8 @@ import numpy as np
 from models.errors import InputError
 from models.implicit_steps import collocation_step, cvodes_step
 from models.names import unknown
+from models.own_arguments import check_arguments
+from models.own_sensors import column
 
 Rate = Callable[..., ca.SX]
 """(x (n_x,), w (n_w,), …) → d/dt x (n_x,); what a model gives behind Δt comes behind w."""
@@ -26,6 +28,8 @@ Transition = Callable[..., ca.SX]
 Step = Callable[[Callable[[ca.SX], ca.SX], ca.SX, ca.SX], ca.SX]
 """(x → d/dt x, x, h) → x after h seconds."""
 
+MORE = ((), ("u or p",), ("u", "p"))
+"""What a rate takes behind w, by how many of inputs and parameters the model has."""
 SHORTEST_STEP_S = 1e-12
 """Noise is held at w / √Δt from here on; a step of nothing moves nothing."""
 MOST_HALVINGS = 10
@@ -91,6 +95,7 @@ def ode(
         raise InputError("cvodes chooses its own steps, expected no substeps or longest_step_s")
 
     def transition(x: ca.SX, w: ca.SX, dt: ca.SX, *more: ca.SX) -> ca.SX:
+        check_arguments("rate", rate, ("x", "w", *MORE[len(more)]))
         step = _step_function(rate, method, [x, w, *more])
         held = ca.vertcat(w / ca.sqrt(ca.fmax(dt, SHORTEST_STEP_S)), *more)
         if longest_step_s is not None:
@@ -109,20 +114,12 @@ def _step_function(rate: Rate, method: str, arguments: list[ca.SX]) -> ca.Functi
     held = [ca.SX.sym("held", size) for size in sizes[1:]]
 
     def slope(at: ca.SX) -> ca.SX:
-        return rate_column(rate(at, *held), sizes[0])
+        return column(rate(at, *held), sizes[0], "rate", "state")
 
     if method in FORMULAS:
         after = FORMULAS[method](slope, x, h)
         return ca.Function("step", [x, ca.vertcat(*held), h], [after], {"always_inline": True})
     return SOLVED[method](slope(x), x, ca.vertcat(*held), h)
-
-
-def rate_column(rates: ca.SX, n_x: int) -> ca.SX:
-    """Return rates of change as a dense column; `InputError` unless there is one per state."""
-    column = ca.densify(ca.SX(ca.vertcat(rates)))
-    if column.shape != (n_x, 1):
-        raise InputError(f"rate has shape {column.shape}, expected ({n_x}, 1): one row per state")
-    return column
 
 
 def _halved(step: ca.Function, x: ca.SX, held: ca.SX, dt: ca.SX, longest_step_s: float) -> ca.SX:

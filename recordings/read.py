@@ -26,6 +26,11 @@ def read_recording(
 
     Of a model of one's own it reads a table, `recordings.formats.model_tables`, in its units, or
     takes one that is already there.
+
+    Raises
+    ------
+    InputError
+        If it is a table of a pen's readings, or `read_written` refuses it.
     """
     if isinstance(path, pd.DataFrame):
         if not isinstance(pen, StateSpaceModel):

@@ -19,6 +19,7 @@ import pytest
 from estimation.estimator import run
 from mhe.scheme import TOLERANCE
 from models.arrays import Array
+from models.own_models import own_model
 from models.pen import pen_model
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors
@@ -160,3 +161,19 @@ def test_a_looser_tolerance_than_the_default_leaves_the_optimum_by_more_than_a_m
     ]
     assert script["TOLERANCES"][0] == TOLERANCE
     assert apart[0].max() < 1e-6 < apart[1].max()
+
+
+def test_the_page_of_own_models_runs() -> None:
+    """Block by block; what each of them builds, an estimator takes."""
+    page, names = EXAMPLE.with_name("own_models.md"), dict[str, Any]()
+    for block in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
+        exec(compile(block, str(page), "exec"), names)
+    for name in ("history", "found", "levels", "started", "again"):
+        assert names[name].solved_fraction == 1
+    assert names["mu_std"] < 0.1 * names["oscillator"].prior.std[2]
+    for name in ("ship", "pendulum", "spring"):
+        given = {"u1": 1.0} if names[name].n_u else None
+        recording = simulate_model(names[name], duration_s=1.0, inputs=given)
+        assert run(create_estimator("ekf", names[name]), recording).solved_fraction == 1
+    own_model("radar", {"x": (2, 1), "v": (0, 1)}, lambda x, w, dt: x, 0, {"radar": names["radar"]})
+    assert names["reference"].config.ipopt == {"max_iter": 500, "linear_solver": "mumps"}

@@ -112,3 +112,25 @@ def test_bad_settings_are_refused(settings: Any, sentence: str) -> None:
 def test_a_rate_of_another_shape_is_refused() -> None:
     with pytest.raises(InputError, match=r"rate has shape \(1, 1\), expected \(2, 1\)"):
         own_model("short", {"a_m": (0, 1), "b_m": (0, 1)}, ode(lambda x, w: x[0]), 1, {})
+
+
+@pytest.mark.parametrize(
+    ("rate", "sentence"),
+    [
+        (lambda x: x, r"rate takes \(x\), expected a function of \(x, w\)"),
+        (lambda x, w, p: x, r"rate takes \(x, w, p\), expected a function of \(x, w\)"),
+        (None, r"rate is None, expected a function of \(x, w\)"),
+        (lambda x, w: "x", r"rate is str, expected \(2, 1\) expressions"),
+    ],
+)
+def test_a_rate_that_is_no_function_of_the_model_is_refused(rate: Any, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        own_model("bad", {"a_m": (0, 1), "b_m": (0, 1)}, ode(rate), 1, {})
+
+
+def test_a_rate_may_be_a_list() -> None:
+    listed = ode(lambda x, w: [x[1], -x[0] - 0.5 * x[1] + DENSITY * w[0]])
+    model = own_model("spring", {"place_m": (1.0, 0.1), "speed_m_s": (0.0, 0.1)}, listed, 1, {})
+    for given in ((0.3, -1.0), (2.0, 0.1)):
+        found, wanted = (f(given, 0.7, 0.1).full() for f in (model.f, spring_model().f))
+        np.testing.assert_array_equal(found, wanted)

@@ -179,6 +179,12 @@ def test_a_state_where_a_model_is_not_defined_says_nothing_of_an_empty_step() ->
     assert not np.isfinite(model.f([0.1, 0.0], 0.0, 0.01).full()).all()
 
 
+def hidden(x: ca.SX, w: ca.SX, dt: ca.SX) -> ca.SX:
+    """A step that needs no time, where the cart stands far behind only."""
+    back = ca.if_else(x[0] < STATES["distance_m"][0] - 1.2 * STATES["distance_m"][1], 0.1, 0.0)
+    return cart(x, w, dt) + ca.vertcat(back, 0)
+
+
 BAD: Mapping[str, tuple[Callable[[], object], str]] = {
     "a mean alone": (
         lambda: cart_model({"distance_m": 0.3, "speed_m_s": (0, 1)}),
@@ -199,6 +205,10 @@ BAD: Mapping[str, tuple[Callable[[], object], str]] = {
     "noise that needs no time": (
         lambda: cart_model(transition=discrete),
         "a step of Δt = 0 changes speed_m_s, expected that it changes nothing: scale noise by",
+    ),
+    "a step that needs no time in places": (
+        lambda: cart_model(transition=hidden),
+        "a step of Δt = 0 changes distance_m, expected that it changes nothing",
     ),
     "a step that divides by Δt": (
         lambda: cart_model(transition=lambda x, w, dt: cart(x, w, dt) * ca.sin(dt) / dt),
@@ -233,3 +243,23 @@ def test_a_bad_model_is_refused(case: str) -> None:
     build, sentence = BAD[case]
     with pytest.raises(InputError, match=sentence):
         build()
+
+
+def leaking(x: ca.SX, w: ca.SX, dt: ca.SX, u: ca.SX) -> ca.SX:
+    """It is defined for positive levels and inputs only, and its noise is their root."""
+    return x - dt * ca.sqrt(x) + ca.sqrt(dt * x * u) * w
+
+
+@pytest.mark.parametrize("reach", ["inside", "outside"])
+def test_a_step_of_no_time_is_looked_at_where_the_model_is_defined(reach: str) -> None:
+    """Inside the bounds, for the prior alone goes below zero; with inputs that are not zero."""
+    sensors = {"float": OwnSensor(lambda x: x[0], {"h": "m"}, 0.1)}
+    bounds = {"level_m": (0.0, None)} if reach == "inside" else None
+    states = {"level_m": (0.3, 0.3)}
+    model = own_model("tank", states, leaking, 1, sensors, bounds=bounds, inputs=["flow"])
+    assert model.n_u == 1
+    with pytest.raises(InputError, match="a step of Δt = 0 changes level_m"):
+        own_model(
+            "tank", states, lambda x, w, dt, u: leaking(x, w, dt, u) + u, 1, sensors,
+            bounds=bounds, inputs=["flow"],
+        )  # fmt: skip
