@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from estimation.recording import Measurement
@@ -101,10 +102,10 @@ class NewtonCheck:
         right = -np.concatenate([gradient.full().ravel(), gaps.full().ravel()])
         A = sp.csc_array(slopes.sparse())
         limits = problem.limits(measurements, trajectory.states, scale)
-        low, high = limits["lbx"], limits["ubx"]
-        gauss_newton, multipliers = _solved(JtJ, A, right, low, high)
+        bounds = limits["lbx"], limits["ubx"]
+        gauss_newton, multipliers, held = _solved(JtJ, A, right, bounds, at_bound(*bounds))
         H = sp.csc_array(self._hessian(variables, parameters, multipliers).sparse())
-        newton, _ = _solved(H, A, right, low, high)
+        newton, _, _ = _solved(H, A, right, bounds, held)
         return NewtonStep(
             float(np.sqrt(newton @ (JtJ @ newton))),
             float(np.sqrt(gauss_newton @ (JtJ @ gauss_newton))),
@@ -112,16 +113,29 @@ class NewtonCheck:
         )
 
 
-def _solved(
-    H: sp.csc_array, A: sp.csc_array, right: Array, low: Array, high: Array
-) -> tuple[Array, Array]:
-    """Return the step within low and high, and the multipliers of the constraints.
+def at_bound(low: Array, high: Array) -> NDArray[np.int_]:
+    """Return -1 where a step (n,) stands at its lower bound, 1 at its upper one, else 0."""
+    return np.where(low > -AT_BOUND, -1, np.where(high < AT_BOUND, 1, 0))
 
-    First held are components that stand at a bound. They are let go, and others held, until none
-    is beyond a bound and none is held that wants inside; a step that this does not settle is NaN.
+
+def _solved(
+    H: sp.csc_array,
+    A: sp.csc_array,
+    right: Array,
+    bounds: tuple[Array, Array],
+    held: NDArray[np.int_],
+) -> tuple[Array, Array, NDArray[np.int_]]:
+    """Return the step within its bounds, the multipliers of the constraints, and what is held.
+
+    Components are let go, and others held, until none is beyond a bound and none is held that
+    wants inside; a step that this does not settle is NaN. H may be indefinite where nothing is
+    held: it begins with what the Gauss-Newton step, whose Hessian is not, ends with.
+
+    Parameters
+    ----------
+    held : what is held first, see `at_bound`
     """
-    n = H.shape[0]
-    held = np.where(low > -AT_BOUND, -1, np.where(high < AT_BOUND, 1, 0))
+    n, (low, high) = H.shape[0], bounds
     step, multipliers = np.full(n, np.nan), np.zeros(len(right) - n)
     for _ in range(CHANGES):
         known = np.where(held < 0, low, high)
@@ -131,9 +145,9 @@ def _solved(
         beyond = np.where(step < low, -1, np.where(step > high, 1, 0))
         changed = np.where(held != 0, held * stays, beyond)
         if (changed == held).all():
-            return step, multipliers
+            return step, multipliers, held
         held = changed
-    return np.full(n, np.nan), multipliers
+    return np.full(n, np.nan), multipliers, held
 
 
 def _held_step(H: sp.csc_array, A: sp.csc_array, right: Array, known: Array) -> tuple[Array, Array]:
