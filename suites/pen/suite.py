@@ -35,7 +35,7 @@ def tasks(scope: Scope) -> Sequence[Task]:
         for estimator in row.estimators
     ]
     rows += [
-        ((case, SENSORS, estimator), scope.few_seeds if start.has_few_seeds else scope.seeds)
+        ((case, SENSORS, estimator), scope.seeds)
         for case, start in KNOWN_STARTS.items()
         for estimator in start.estimators
     ]
