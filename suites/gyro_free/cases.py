@@ -84,6 +84,7 @@ class GyroFreeCase:
     noise_factor : larger noise of the readings, in that of the test case
     gesture : how the pen moves
     errors : of the readings at a noise factor of 1
+    first_s : begin of the gesture that is run and judged; None: all of it
     classical : names of `CLASSICAL`
     sensors : keys of `CONFIGURATIONS` that `MODEL_BASED` estimators run with
     """
@@ -92,6 +93,7 @@ class GyroFreeCase:
     noise_factor: float = 1.0
     gesture: GestureConfig = field(default_factory=GestureConfig)
     errors: Errors = field(default_factory=Errors)
+    first_s: float | None = None
     classical: tuple[str, ...] = (INTEGRATED, COMPENSATED)
     sensors: tuple[str, ...] = (TWO_ACCELS,)
 
@@ -101,12 +103,15 @@ class GyroFreeCase:
         return replace(self.errors, noise_m_s2=self.noise_factor * self.errors.noise_m_s2)
 
 
-TEST_CASE = "test case"
+TEST_CASE, BEGIN_S = "test case", 0.5
+BEGIN = f"{TEST_CASE}, {BEGIN_S:g} s"
+"""What IPOPT solves too."""
 _ALL = tuple(name for name in CLASSICAL if name != "gyro-free-careful")
 _BOTH = (TWO_ACCELS, NO_ROLL)
 CASES: Mapping[str, GyroFreeCase] = MappingProxyType(
     {
         TEST_CASE: GyroFreeCase(classical=_ALL, sensors=tuple(CONFIGURATIONS)),
+        BEGIN: GyroFreeCase(first_s=BEGIN_S, classical=(), sensors=()),
         "l 10 mm": GyroFreeCase(half_distance_m=0.01, sensors=_BOTH),
         "l 20 mm": GyroFreeCase(half_distance_m=0.02, sensors=()),
         "l 80 mm": GyroFreeCase(half_distance_m=0.08, sensors=()),

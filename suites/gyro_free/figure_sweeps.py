@@ -36,7 +36,9 @@ BY_DISTANCE: Mapping[str, float] = MappingProxyType(
         name: 1e3 * case.half_distance_m
         for name, case in CASES.items()
         if GyroFreeCase(half_distance_m=case.half_distance_m)
-        == GyroFreeCase(case.half_distance_m, case.noise_factor, case.gesture, case.errors)
+        == GyroFreeCase(
+            case.half_distance_m, case.noise_factor, case.gesture, case.errors, case.first_s
+        )
     }
 )
 """Cases that differ in nothing but l → l in mm."""
@@ -46,7 +48,9 @@ BY_NOISE: Mapping[str, float] = MappingProxyType(
         name: case.noise_factor
         for name, case in CASES.items()
         if GyroFreeCase(noise_factor=case.noise_factor)
-        == GyroFreeCase(case.half_distance_m, case.noise_factor, case.gesture, case.errors)
+        == GyroFreeCase(
+            case.half_distance_m, case.noise_factor, case.gesture, case.errors, case.first_s
+        )
         and case.noise_factor > 0  # a logarithmic axis has no zero
     }
 )

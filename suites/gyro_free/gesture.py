@@ -77,6 +77,13 @@ class GestureMotion:
     acceleration: Array
     position: Array
 
+    def first(self, duration_s: float) -> GestureMotion:
+        """Return the begin of the gesture."""
+        n = int(np.searchsorted(self.time_s, duration_s, side="right"))
+        return GestureMotion(
+            *(getattr(self, name)[:n] for name in self.__dataclass_fields__),
+        )
+
 
 @cache
 def gesture(config: GestureConfig, seed: int) -> GestureMotion:

@@ -56,6 +56,9 @@ def run_simulated(task: Task) -> Outcome:
     case = CASES[task.case]
     motion = gesture(case.gesture, task.seed)
     f1, f2 = readings(motion, case.half_distance_m, case.reading_errors, task.seed)
+    if case.first_s is not None:
+        motion = motion.first(case.first_s)
+        f1, f2 = f1[: len(motion.time_s)], f2[: len(motion.time_s)]
     if task.estimator in CLASSICAL:
         estimated, figures, step_s = classical_gesture(
             task.estimator, motion, f1, f2, case.half_distance_m

@@ -2,7 +2,8 @@
 
 A window is a prior x_k|k-1, N + 1 measurements and a trajectory to start from. The
 prior is what an EKF carries at a random instant of a simulated recording, or the
-model's own at the recording's start; the guess is rolled out from there without noise.
+model's own at the recording's start; the guess is rolled out from there without noise. An EKF
+knows no bounds: where a model has some, the prior is what a moving-horizon estimator carries.
 """
 
 from __future__ import annotations
@@ -10,48 +11,40 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import product
+from itertools import pairwise
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmark.configurations import contract_models
 from estimation.estimator import Estimator
-from estimation.recording import Measurement, Recording
+from estimation.inputs import all_with_inputs, without_readings
+from estimation.recording import Measurement
+from mhe.config import MheConfig
+from mhe.realtime import Mhe
 from mhe.trajectory import Trajectory
+from mhe.window_memory import View, window_memory
 from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.names import unknown
-from models.pen_file import load_pen
 from models.random_streams import stream
 from models.state_space import StateSpaceModel
-from models.turntable import paper_turntable
 from models.units import split_unit
 from pen_mhe.estimators import create_estimator
-from recordings.motion_list import DRAWN
-from recordings.simulate_pen import simulate, simulate_model
-from recordings.simulate_turntable import simulate_table
 from suites.optimum.kinds import KINDS, WindowKind
+from suites.optimum.pens import own_bodies
+from suites.windows import WindowBody, lent_bodies
 
 HORIZONS = (20, 20, 20, 5, 20, 20, 20, 40)
 """N of one window after the other."""
 
 
-PEN_CONFIGURATIONS = ("accel", "gyro", "accel+gyro", "accel+gyro+camera", "two accelerometers")
-"""Those of `benchmark.configurations.CONFIGURATIONS` whose windows are solved. One more row there
-leaves a seed's window as it was; a row here gives the seeds other windows."""
-
-
 @cache
-def window_models() -> Mapping[str, StateSpaceModel]:
-    """Return the models whose windows are solved, by name, pens first."""
-    known = contract_models()
-    pens = [f"pen{dof} {name}" for dof in (5, 6) for name in PEN_CONFIGURATIONS]
-    tables = [name for name in known if name.startswith("turntable")]
-    return MappingProxyType({name: known[name] for name in (*pens, *tables)})
+def window_bodies() -> Mapping[str, WindowBody]:
+    """Return what windows are cut from, by name: pens first, then what other suites lend."""
+    return MappingProxyType({**own_bodies(), **lent_bodies()})
 
 
 @dataclass(frozen=True)
@@ -61,7 +54,7 @@ class WindowKey:
     Parameters
     ----------
     seed : of everything drawn
-    model : one of `window_models`
+    model : one of `window_bodies`
     kind : one of `KINDS`
     horizon : N, intervals
     """
@@ -84,9 +77,14 @@ class WindowCase:
 
 
 def window_table(
-    windows: int, seed: int = 0, horizons: Sequence[int] = HORIZONS
+    windows: int, seed: int = 0, horizons: tuple[int, ...] | None = None
 ) -> tuple[WindowKey, ...]:
-    """Return the keys of a table: models and kinds in turn, no two with the same seed.
+    """Return the keys of a table: bodies in turn, each with its kinds in turn, no two seeds alike.
+
+    Parameters
+    ----------
+    horizons : N of one window after the other, of bodies that have none of their own; by default
+        `HORIZONS`
 
     Raises
     ------
@@ -95,13 +93,15 @@ def window_table(
     """
     if windows < 1:
         raise InputError(f"windows is {windows}, expected at least 1")
-    pairs = list(product(KINDS, window_models()))
+    bodies = list(window_bodies().items())
     keys = []
     for i in range(windows):
-        kind, model = pairs[i % len(pairs)]
-        # One more step per round: every pair meets every horizon.
-        horizon = horizons[(i + i // len(pairs)) % len(horizons)]
-        keys.append(WindowKey(seed + i, model, kind, horizon))
+        turn, place = divmod(i, len(bodies))
+        name, body = bodies[place]
+        kind = body.kinds[turn % len(body.kinds)]
+        lengths = body.horizons.get(kind) or horizons or HORIZONS
+        horizon = lengths[(place + turn // len(body.kinds)) % len(lengths)]
+        keys.append(WindowKey(seed + i, name, kind, horizon))
     return tuple(keys)
 
 
@@ -113,24 +113,29 @@ def window_case(key: WindowKey) -> WindowCase:
     InputError
         If model or kind is unknown.
     """
-    if key.model not in window_models():
-        raise unknown("model", key.model, window_models())
-    if key.kind not in KINDS:
-        raise unknown("window kind", key.kind, KINDS)
-    model, kind = window_models()[key.model], KINDS[key.kind]
+    if key.model not in window_bodies():
+        raise unknown("model", key.model, window_bodies())
+    body = window_bodies()[key.model]
+    if key.kind not in body.kinds:
+        raise unknown("window kind", key.kind, body.kinds)
+    model, kind = body.model, KINDS[key.kind]
     root = np.random.SeedSequence(key.seed)
     start = stream(root, "start")
-    before_s = 0.0 if kind.before_s is None else float(start.uniform(*kind.before_s))
-    recording = _recording(key, kind, before_s, stream(root, "motion"))
+    span = kind.before_s and (body.before_s or kind.before_s)
+    before_s = float(start.uniform(*span)) if span else 0.0
+    duration_s = before_s + (key.horizon + 2) * body.step_s
+    recording, prior = body.record(key.kind, duration_s, stream(root, "motion"))
     measurements = _lossy(model, kind, list(recording.measurements(model)), stream(root, "losses"))
     first = int(np.searchsorted(recording.time_s, before_s))
     window = tuple(measurements[first : first + key.horizon + 1])
-    prior = model.prior if kind.before_s is None else _carried(key.model, measurements[: first + 1])
+    if span:
+        prior = _carried(key, prior, measurements[:first], window)
     prior = _wrong(model, prior, kind, start)
     x_0 = prior.mean
     if start.random() < kind.drawn_guess:
         L = np.linalg.cholesky(prior.covariance)
         x_0 = np.asarray(model.retract(x_0, L @ start.standard_normal(model.n_x))).ravel()
+    x_0 = np.clip(x_0, model.lower, model.upper)
     return WindowCase(key, model, prior, window, rolled_out(model, x_0, window))
 
 
@@ -139,42 +144,41 @@ def rolled_out(
 ) -> Trajectory:
     """Return the trajectory without noise from a first state through a window's instants."""
     states, no_noise = [x_0], np.zeros(model.n_w)
-    for dt in np.diff([m.time_s for m in measurements]):
-        states.append(np.asarray(model.f(states[-1], no_noise, dt)).ravel())
+    for last, here in pairwise(all_with_inputs(model, measurements)):
+        step = here.time_s - last.time_s, *model.step_inputs(last.y, here.y)
+        states.append(np.asarray(model.f(states[-1], no_noise, *step)).ravel())
     return Trajectory(np.array(states), np.zeros((len(states) - 1, model.n_w)))
 
 
 @cache
 def _ekf(model: str) -> Estimator[Any]:
-    return create_estimator("ekf", window_models()[model])
+    return create_estimator("ekf", window_bodies()[model].model)
 
 
-def _recording(
-    key: WindowKey, kind: WindowKind, before_s: float, rng: np.random.Generator
-) -> Recording:
-    """Simulate long enough for the EKF's run and the window."""
-    model = window_models()[key.model]
-    rate_hz = max(s.rate_hz for s in model.measured_sensors if s.rate_hz)
-    duration_s = before_s + (key.horizon + 2) / rate_hz
-    body, seed = key.model.split()[0], int(rng.integers(2**31))
-    if body == "turntable":
-        if rng.choice(kind.table_motions) == DRAWN:
-            return simulate_model(model, duration_s=duration_s, seed=seed)
-        return simulate_table(paper_turntable(), duration_s, seed)
-    pen = load_pen("reference").model_copy(update={"degrees_of_freedom": int(body[3:])})
-    motion = str(rng.choice(kind.motions))
-    speed = 1.0 if motion == DRAWN else float(rng.uniform(*kind.speed))
-    sensors = [sensor.name for sensor in model.measured_sensors]
-    return simulate(pen, sensors, motion=motion, duration_s=duration_s, seed=seed, speed=speed)
+@cache
+def _mhe(model: str, horizon: int) -> Mhe:
+    return Mhe(window_bodies()[model].model, MheConfig(horizon=horizon))
 
 
-def _carried(model: str, measurements: Sequence[Measurement]) -> GaussianState:
-    """Return x_k|k-1 at the last of the measurements, as an EKF carries it."""
-    ekf = _ekf(model)
-    state = ekf.init()
-    for measurement in measurements[:-1]:
+def _carried(
+    key: WindowKey,
+    prior: GaussianState,
+    before: Sequence[Measurement],
+    window: Sequence[Measurement],
+) -> GaussianState:
+    """Return x_k|k-1 at a window's first instant, given the measurements before it."""
+    model = window_bodies()[key.model].model
+    if np.isfinite(np.concatenate([model.lower, model.upper])).any():
+        mhe = _mhe(key.model, key.horizon)
+        held = mhe.init(prior)
+        for measurement in (*before, *window):
+            held, _ = mhe.step(held, measurement)
+        return View.of(window_memory(model, key.horizon + 1), held.memory).prior
+    ekf = _ekf(key.model)
+    state = ekf.init(prior)
+    for measurement in before:
         state, _ = ekf.step(state, measurement)
-    nothing = Measurement(measurements[-1].time_s, np.full(ekf.model.n_y, np.nan))
+    nothing = Measurement(window[0].time_s, without_readings(model, window[0].y))
     return ekf.step(state, nothing)[1].state
 
 
@@ -184,7 +188,9 @@ def _wrong(
     """Move the prior's angles by a distance of the kind in a random direction."""
     angles = angle_directions(model)
     away = angles * rng.standard_normal(model.n_x)
-    away *= rng.uniform(*kind.wrong_rad) / np.linalg.norm(away)
+    distance, length = rng.uniform(*kind.wrong_rad), np.linalg.norm(away)
+    if length:
+        away *= distance / length
     mean = np.asarray(model.retract(prior.mean, away)).ravel()
     return GaussianState(mean, prior.covariance)
 
@@ -203,7 +209,8 @@ def _lossy(
     rng: np.random.Generator,
 ) -> list[Measurement]:
     """Take readings away: single rows, sensors for a while, whole instants, a slow camera's."""
-    y = np.array([m.y for m in measurements])
+    rows = np.array([m.y for m in measurements])
+    y = rows[:, : model.n_y]  # known inputs stay
     n = len(y)
     y[rng.random(y.shape) < kind.row_loss] = np.nan
     y[rng.random(n) < kind.instant_loss] = np.nan
@@ -217,4 +224,4 @@ def _lossy(
         if sensor.sees_pose:
             there = np.flatnonzero(np.isfinite(y[:, columns]).any(axis=1))
             y[np.setdiff1d(there, there[::every]), columns] = np.nan
-    return [Measurement(m.time_s, row) for m, row in zip(measurements, y, strict=True)]
+    return [Measurement(m.time_s, row) for m, row in zip(measurements, rows, strict=True)]

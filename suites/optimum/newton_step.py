@@ -8,7 +8,8 @@ and H the Hessian of the Lagrangian f + λᵀg,
 
 p is the Newton step, ‖J p‖ its length. A Gauss-Newton step would not do: where residuals
 are large it is as much as a hundred times shorter or longer than the way that is left. No
-solver's own statement enters.
+solver's own statement enters. Where states have bounds the step is that of the quadratic problem
+with those bounds: the states that they hold are found on the way.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from estimation.recording import Measurement
@@ -28,6 +30,11 @@ from models.arrays import Array
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
+
+AT_BOUND = 1e-9
+"""How near to a bound a state stands there, standard deviations: IPOPT's barrier keeps it off."""
+CHANGES = 50
+"""How often the held components may change; a few do for windows that have a minimum."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +55,12 @@ class NewtonStep:
 
 
 class NewtonCheck:
-    """Newton steps of windows with N + 1 stages of a model without bounds and inequalities.
+    """Newton steps of windows with N + 1 stages of a model without inequalities.
 
     Raises
     ------
     InputError
-        If the model has bounds or inequalities.
+        If the model has inequalities, or bounds on states that do not add.
     """
 
     def __init__(self, model: StateSpaceModel, config: WindowConfig) -> None:
@@ -61,15 +68,16 @@ class NewtonCheck:
         x, p, f, g = (self._problem.nlp[name] for name in ("x", "p", "f", "g"))
         if g.numel() != model.n_x * (config.horizon + 1):
             raise InputError(
-                f"model {model.name} has bounds or inequalities, expected one without: "
-                "a Newton step does not know which of them hold it"
+                f"model {model.name} has inequalities, or bounds on states that do not add, "
+                "expected one without"
             )
         multipliers = ca.SX.sym("multipliers", g.numel())
         H, _ = ca.hessian(f + ca.dot(multipliers, g), x)
+        # Called once or twice a window: looking for common parts would take longer.
         self._derivatives = ca.Function(
-            "derivatives", [x, p], [ca.gradient(f, x), g, ca.jacobian(g, x)], {"cse": True}
+            "derivatives", [x, p], [ca.gradient(f, x), g, ca.jacobian(g, x)]
         )
-        self._hessian = ca.Function("hessian", [x, p, multipliers], [H], {"cse": True})
+        self._hessian = ca.Function("hessian", [x, p, multipliers], [H])
 
     def step(
         self,
@@ -93,9 +101,11 @@ class NewtonCheck:
         gradient, gaps, slopes = self._derivatives(variables, parameters)
         right = -np.concatenate([gradient.full().ravel(), gaps.full().ravel()])
         A = sp.csc_array(slopes.sparse())
-        gauss_newton, multipliers = _solved(JtJ, A, right)
+        limits = problem.limits(measurements, trajectory.states, scale)
+        bounds = limits["lbx"], limits["ubx"]
+        gauss_newton, multipliers, held = _solved(JtJ, A, right, bounds, at_bound(*bounds))
         H = sp.csc_array(self._hessian(variables, parameters, multipliers).sparse())
-        newton, _ = _solved(H, A, right)
+        newton, _, _ = _solved(H, A, right, bounds, held)
         return NewtonStep(
             float(np.sqrt(newton @ (JtJ @ newton))),
             float(np.sqrt(gauss_newton @ (JtJ @ gauss_newton))),
@@ -103,9 +113,51 @@ class NewtonCheck:
         )
 
 
-def _solved(H: sp.csc_array, A: sp.csc_array, right: Array) -> tuple[Array, Array]:
-    """Return step and multipliers."""
-    n = H.shape[0]
-    rows: list[list[sp.sparray | None]] = [[H, A.T], [A, None]]
-    found = splu(sp.block_array(rows, format="csc")).solve(right)
-    return found[:n], found[n:]
+def at_bound(low: Array, high: Array) -> NDArray[np.int_]:
+    """Return -1 where a step (n,) stands at its lower bound, 1 at its upper one, else 0."""
+    return np.where(low > -AT_BOUND, -1, np.where(high < AT_BOUND, 1, 0))
+
+
+def _solved(
+    H: sp.csc_array,
+    A: sp.csc_array,
+    right: Array,
+    bounds: tuple[Array, Array],
+    held: NDArray[np.int_],
+) -> tuple[Array, Array, NDArray[np.int_]]:
+    """Return the step within its bounds, the multipliers of the constraints, and what is held.
+
+    Components are let go, and others held, until none is beyond a bound and none is held that
+    wants inside; a step that this does not settle is NaN. H may be indefinite where nothing is
+    held: it begins with what the Gauss-Newton step, whose Hessian is not, ends with.
+
+    Parameters
+    ----------
+    held : what is held first, see `at_bound`
+    """
+    n, (low, high) = H.shape[0], bounds
+    step, multipliers = np.full(n, np.nan), np.zeros(len(right) - n)
+    for _ in range(CHANGES):
+        known = np.where(held < 0, low, high)
+        step, multipliers = _held_step(H, A, right, np.where(held, known, np.nan))
+        pull = H @ step + A.T @ multipliers - right[:n]  # of the bounds: up where low holds
+        stays = np.where(held < 0, pull > 0, pull < 0) & (held != 0)
+        beyond = np.where(step < low, -1, np.where(step > high, 1, 0))
+        changed = np.where(held != 0, held * stays, beyond)
+        if (changed == held).all():
+            return step, multipliers, held
+        held = changed
+    return np.full(n, np.nan), multipliers, held
+
+
+def _held_step(H: sp.csc_array, A: sp.csc_array, right: Array, known: Array) -> tuple[Array, Array]:
+    """Return step and multipliers where some components (n,) are known, the others NaN."""
+    n, free = H.shape[0], np.isnan(known)
+    step = np.where(free, 0.0, known)
+    shift = np.concatenate([H @ step, A @ step])
+    inside = H[:, free][free], A[:, free]
+    rows: list[list[sp.sparray | None]] = [[inside[0], inside[1].T], [inside[1], None]]
+    wanted = (right - shift)[np.concatenate([free, np.ones(len(right) - n, dtype=bool)])]
+    found = splu(sp.block_array(rows, format="csc")).solve(wanted)
+    step[free] = found[: free.sum()]
+    return step, found[free.sum() :]

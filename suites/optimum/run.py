@@ -2,8 +2,7 @@
 
 Whether both are in the same minimum is decided by cost alone, so that an unfinished solution
 cannot pass for another minimum. Whether IPOPT is good enough to be compared with is measured
-by a Newton step from where it ended (`suites.optimum.newton_step`), whatever it says itself: at a
-tolerance of 1e-12 it often ends by not moving any more, at the optimum.
+by a Newton step from where it ended (`suites.optimum.newton_step`), whatever it says itself.
 """
 
 from __future__ import annotations
@@ -22,9 +21,11 @@ from estimation.status import Status
 from mhe.config import MheConfig, MheIpoptConfig
 from mhe.realtime import Mhe
 from mhe.trajectory import Trajectory, WindowSolution
+from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 from suites.optimum.cases import WindowCase, WindowKey, window_case
+from suites.optimum.newton_step import AT_BOUND
 from suites.optimum.reference import LONGEST_LEFT, IpoptReference
 
 NEWEST_LIMIT = 1e-6
@@ -38,7 +39,7 @@ SETTINGS = MheConfig(tolerance=1e-10, max_iterations=5000)
 """Of the solver that is compared. Where Gauss-Newton converges slowly, the way left is up to a
 hundred times as long as its next step; 5000 passes take half a second, so that the number of
 passes ends nothing."""
-IPOPT_SETTINGS = MheIpoptConfig(tolerance=1e-12, max_iterations=500)
+IPOPT_SETTINGS = MheIpoptConfig(tolerance=1e-10, max_iterations=500)
 """Of each run of IPOPT; more iterations than these, some seconds, leave it where it stands."""
 
 SAME, ABOVE, BELOW, IPOPT_FAILED = "same", "above", "below", "ipopt failed"
@@ -75,6 +76,7 @@ class WindowRow:
         that is farthest
     newton_length, ipopt_newton_length : of the Newton step left, see
         `suites.optimum.newton_step.NewtonStep`
+    at_bounds, ipopt_at_bounds : number of states of the solutions that stand at a bound
     iterations, ipopt_iterations : of the solvers
     ipopt_runs : 2 where IPOPT was carried on with the exact Hessian
     """
@@ -89,6 +91,8 @@ class WindowRow:
     newest_distance: float
     newton_length: float
     ipopt_newton_length: float
+    at_bounds: int
+    ipopt_at_bounds: int
     iterations: int
     ipopt_iterations: int
     ipopt_runs: int
@@ -97,6 +101,23 @@ class WindowRow:
     def holds(self) -> bool:
         """Whether newest state and cost are as near as they must be; of the same minimum only."""
         return self.newest_distance <= NEWEST_LIMIT and abs(self.relative) <= COST_LIMIT
+
+    @property
+    def reason(self) -> str:
+        """Why it does not hold, by what is left of both; empty where it does."""
+        left, its = self.newton_length, self.ipopt_newton_length
+        if self.verdict == IPOPT_FAILED:
+            return f"IPOPT stopped short, {its:.0e} left: {self.ipopt_status.label}"
+        hidden = np.sqrt(2 * np.finfo(float).eps * abs(self.cost))
+        if self.verdict == SAME:
+            if self.holds:
+                return ""
+            why = f"a cost of {self.cost:.0e} hides steps below {hidden:.0e}"
+            return f"{left:.0e} left: " + (why if left <= hidden else self.status.label)
+        if not left <= NEWEST_LIMIT:
+            return f"mhe stopped short, {left:.0e} left: {self.status.label}"
+        where = [f"{n} states at bounds" for n in (self.at_bounds, self.ipopt_at_bounds)]
+        return "two minima" + (f": {where[0]}, IPOPT {where[1]}" if self.at_bounds else "")
 
 
 @dataclass(frozen=True)
@@ -108,7 +129,7 @@ class WindowSummary:
     verdicts : verdict → number of windows
     newest_distance, relative : largest in the same minimum
     missed : rows in the same minimum that are farther apart than the limits
-    above : rows in a higher minimum than IPOPT's
+    above, below : rows in a higher or a lower minimum than IPOPT's
     ipopt_failed : rows where IPOPT's Newton step left is longer than `LONGEST_LEFT`
     carried_on : number of windows where IPOPT needed a second run
     """
@@ -118,6 +139,7 @@ class WindowSummary:
     relative: float
     missed: tuple[WindowRow, ...]
     above: tuple[WindowRow, ...]
+    below: tuple[WindowRow, ...]
     ipopt_failed: tuple[WindowRow, ...]
     carried_on: int
 
@@ -156,6 +178,8 @@ def compared(case: WindowCase, solver: WindowSolver, reference: IpoptReference) 
         float(np.max(np.abs(apart.full().ravel()) / its.newest.std)),
         reference.newton_length(case, ours.trajectory, its.newest.std),
         ipopt.newton_length,
+        _at_bounds(case.model, ours.trajectory, its.newest.std),
+        _at_bounds(case.model, its.trajectory, its.newest.std),
         ours.iterations,
         its.iterations,
         ipopt.runs,
@@ -174,8 +198,8 @@ def judged(relative: float, ipopt_newton_length: float) -> str:
 def summary(rows: Sequence[WindowRow]) -> WindowSummary:
     """Put rows together."""
     count = Counter(row.verdict for row in rows)
-    same, above, failed = (
-        [row for row in rows if row.verdict == verdict] for verdict in (SAME, ABOVE, IPOPT_FAILED)
+    same, above, below, failed = (
+        [row for row in rows if row.verdict == verdict] for verdict in VERDICTS
     )
     return WindowSummary(
         {verdict: count[verdict] for verdict in VERDICTS},
@@ -183,9 +207,15 @@ def summary(rows: Sequence[WindowRow]) -> WindowSummary:
         max((abs(row.relative) for row in same), default=0.0),
         tuple(row for row in same if not row.holds),
         tuple(above),
+        tuple(below),
         tuple(failed),
         sum(row.ipopt_runs > 1 for row in rows),
     )
+
+
+def _at_bounds(model: StateSpaceModel, trajectory: Trajectory, std: Array) -> int:
+    slack = np.minimum(trajectory.states - model.lower, model.upper - trajectory.states)
+    return int((slack <= AT_BOUND * std).sum())
 
 
 @lru_cache(maxsize=2)

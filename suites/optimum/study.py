@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from itertools import groupby
@@ -14,11 +14,12 @@ import pandas as pd
 from benchmark.console import console, print_table
 from benchmark.runner.kept import Jobs, kept_results
 from estimation.output_folder import prepare_folder
-from suites.optimum.cases import WindowKey, window_table
+from suites.optimum.cases import WindowKey, window_bodies, window_table
 from suites.optimum.kinds import KINDS
 from suites.optimum.reference import LONGEST_LEFT
 from suites.optimum.run import (
     ABOVE,
+    BELOW,
     COST_LIMIT,
     IPOPT_FAILED,
     NEWEST_LIMIT,
@@ -45,7 +46,9 @@ def run_optimum(output: Path, windows: int, jobs: int, seed: int = 0) -> None:
     prepare_folder(output)
     rows = compare_all(window_table(windows, seed), output, jobs)
     as_table(rows).to_csv(output / "optimum.csv", index=False)
-    _print_kinds(rows)
+    _print_parts("configuration", {name: name for name in window_bodies()}, rows, _model)
+    console.print()
+    _print_parts("windows", {name: kind.label for name, kind in KINDS.items()}, rows, _kind)
     _print_summary(summary(rows))
     console.print(
         f"\nPython {platform.python_version()}, casadi {version('casadi')}, "
@@ -71,6 +74,7 @@ def as_table(rows: Sequence[WindowRow]) -> pd.DataFrame:
         {
             **asdict(row.key),
             **{name: value for name, value in vars(row).items() if name != "key"},
+            "reason": row.reason,
             "status": row.status.label,
             "ipopt_status": row.ipopt_status.label,
         }
@@ -97,16 +101,40 @@ def _run(keys: Sequence[WindowKey]) -> list[WindowRow]:
     return [compare(key) for key in keys]
 
 
-def _print_kinds(rows: Sequence[WindowRow]) -> None:
+def _model(row: WindowRow) -> str:
+    return row.key.model
+
+
+def _kind(row: WindowRow) -> str:
+    return row.key.kind
+
+
+def _print_parts(
+    title: str,
+    labels: Mapping[str, str],
+    rows: Sequence[WindowRow],
+    part: Callable[[WindowRow], str],
+) -> None:
+    """Print a row of counts and worst distances per part that there is."""
     lines = []
-    for name, kind in KINDS.items():
-        of_kind = summary([row for row in rows if row.key.kind == name])
-        counts = [str(count) for count in of_kind.verdicts.values()]
-        worst = [f"{of_kind.newest_distance:.1e}", f"{of_kind.relative:.1e}"]
-        lines.append([kind.label, *counts, *worst])
+    for name, label in labels.items():
+        some = [row for row in rows if part(row) == name]
+        if not some:
+            continue
+        found = summary(some)
+        counts = [str(count) for count in (len(some), *found.verdicts.values(), len(found.missed))]
+        worst = [f"{found.newest_distance:.1e}", f"{found.relative:.1e}"]
+        lines.append([label, *counts, *worst])
     print_table(
-        f"mhe against IPOPT from the same start, {len(rows)} windows",
-        ["windows", *summary(rows).verdicts, "newest apart / std", "costs apart, relative"],
+        f"mhe against IPOPT from the same start, {len(rows)} windows, by {title}",
+        [
+            title,
+            "windows" if title != "windows" else "number",
+            *summary(rows).verdicts,
+            "same, but apart",
+            "newest apart / std",
+            "costs apart, relative",
+        ],
         lines,
     )
 
@@ -123,6 +151,7 @@ def _print_summary(found: WindowSummary) -> None:
     lists = {
         "farther apart than that": found.missed,
         f"{ABOVE} IPOPT's minimum": found.above,
+        f"{BELOW} IPOPT's minimum": found.below,
         IPOPT_FAILED: found.ipopt_failed,
     }
     for title, rows in lists.items():
@@ -139,8 +168,7 @@ LISTED = [
     "cost",
     "relative",
     "newest / std",
-    "status",
-    "Newton step left",
+    "reason",
 ]
 
 
@@ -154,6 +182,5 @@ def _listed(row: WindowRow) -> list[str]:
         f"{row.cost:.6g}",
         f"{row.relative:+.1e}",
         f"{row.newest_distance:.1e}",
-        row.status.label,
-        f"{row.newton_length:.0e}, IPOPT {row.ipopt_newton_length:.0e}",
+        row.reason,
     ]

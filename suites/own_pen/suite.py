@@ -93,9 +93,9 @@ SUITE = Suite(
     summary=(
         "Which of its sensors does this pen need, and which estimator? Every choice of its sensors "
         "that observes something, on every estimator; of several sensors of one kind the first, "
-        "the first two and so on. What is told of the hand is what the pen file states. The first "
-        "second of a run is not judged. Whether sensors show a quantity is decided along a "
-        "simulated motion."
+        "the first two and so on; what only adds to others, a contact, beside all the others. What "
+        "is told of the hand is what the pen file states. The first second of a run is not judged. "
+        "Whether sensors show a quantity is decided along a simulated motion."
     ),
     tasks=tasks,
     run=run_own,

@@ -11,6 +11,7 @@ from benchmark.configurations import CONFIGURATIONS, TURNTABLE_CONFIGURATIONS
 from benchmark.figures.figure import TRUTH, Figure, Line, Panel
 from benchmark.tasks.results import Results
 from benchmark.tasks.task import OK
+from suites.pen.aim_figures import known_start, printed
 from suites.pen.pen_cases import (
     PEN_CASES,
     PEN_ESTIMATORS,
@@ -41,6 +42,8 @@ def figures(results: Results) -> Sequence[Figure]:
         _paths(results),
         _spin_ignored(results),
         _speeds(results),
+        printed(results),
+        known_start(results),
         raw_readings(results),
         *_strokes(results),
         told_tolerances(results),

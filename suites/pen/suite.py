@@ -10,6 +10,7 @@ from benchmark.from_mhe import NEAR, REFERENCE
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task
 from suites.pen.figures import figures
+from suites.pen.known_start import KNOWN_STARTS, SENSORS, run_known_start
 from suites.pen.pen_cases import PEN_CASES
 from suites.pen.pen_run import run_pen
 from suites.pen.table_run import (
@@ -32,6 +33,11 @@ def tasks(scope: Scope) -> Sequence[Task]:
         for case, row in PEN_CASES.items()
         for sensors in row.sensors
         for estimator in row.estimators
+    ]
+    rows += [
+        ((case, SENSORS, estimator), scope.seeds)
+        for case, start in KNOWN_STARTS.items()
+        for estimator in start.estimators
     ]
     rows += [
         ((WITH_IPOPT, sensors, estimator), scope.few_seeds)
@@ -58,6 +64,8 @@ def run(task: Task, scope: Scope) -> Outcome:
     """Run one task."""
     if task.case in PEN_CASES:
         return run_pen(task)
+    if task.case in KNOWN_STARTS:
+        return run_known_start(task)
     if task.case in STARTS:
         return run_wrong_start(task)
     return run_stroke(task)

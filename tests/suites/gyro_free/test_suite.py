@@ -21,6 +21,7 @@ from suites.gyro_free.array_pairs import FOLDER, PARTS
 from suites.gyro_free.array_task import run_array
 from suites.gyro_free.cases import (
     ARRAY_CASES,
+    BEGIN,
     CASES,
     CLASSICAL,
     LOOKS_AHEAD,
@@ -105,9 +106,11 @@ def test_tasks_are_unique_and_slow_ones_come_first() -> None:
     assert len(set(tasks)) == len(tasks)
     assert {one.suite for one in tasks} == {"gyro-free"}
     estimators = [one.estimator for one in tasks]
-    assert estimators[0] == "mhe"
-    full = [one.estimator for one in SUITE.tasks(Scope(seeds=20))]
-    assert full[:2] == ["mhe-ipopt", "mhe"]
+    assert estimators[:2] == ["mhe-ipopt", "mhe"]
+    full = [one for one in SUITE.tasks(Scope(seeds=20)) if one.estimator == "mhe-ipopt"]
+    assert [(one.case, one.seed) for one in full] == [(BEGIN, seed) for seed in range(5)]
+    beside = {one.seed for one in tasks if one.case == BEGIN and one.estimator == "mhe"}
+    assert beside == {0}
     assert "mhe" not in estimators[estimators.index("ekf") :]
     assert {one.case for one in tasks} == set(CASES)
 

@@ -7,39 +7,58 @@ from itertools import product
 import numpy as np
 import pytest
 
+from benchmark.configurations import CONFIGURATIONS, TURNTABLE_CONFIGURATIONS
 from estimation.kalman_stage import rows_present
 from models.errors import InputError
+from suites.classics.problems import PROBLEMS
+from suites.gyro_free.cases import TWO_ACCELS
 from suites.optimum.cases import (
     HORIZONS,
     WindowKey,
     rolled_out,
+    window_bodies,
     window_case,
-    window_models,
     window_table,
 )
 from suites.optimum.kinds import KINDS
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
+LENT = ("gyro-free two accels", "classic gas_2A_to_B")
 MODELS = ("turntable accel+gyro", "pen5 two accelerometers", "pen6 accel+gyro+camera")
 
 
 def test_a_table_meets_every_model_kind_and_horizon() -> None:
     table = window_table(1000)
     assert len({key.seed for key in table}) == len(table) == 1000
-    pairs = set(product(window_models(), KINDS))
-    assert {(key.model, key.kind) for key in table[: len(pairs)]} == pairs
-    for pair in pairs:
-        met = {key.horizon for key in table if (key.model, key.kind) == pair}
-        assert met == set(HORIZONS)
+    bodies = window_bodies()
+    first = {(key.model, key.kind) for key in table[: len(KINDS) * len(bodies)]}
+    assert first == {(name, kind) for name, body in bodies.items() for kind in body.kinds}
+    for name, kind in first:
+        met = {key.horizon for key in table if (key.model, key.kind) == (name, kind)}
+        assert met == set(bodies[name].horizons.get(kind) or HORIZONS)
     assert window_table(20) == table[:20]
     assert window_table(20, seed=10)[0].seed == 10
 
 
-@pytest.mark.parametrize(("model", "kind"), list(product(MODELS, KINDS)))
+def test_the_table_has_every_configuration_and_every_classic() -> None:
+    names = list(window_bodies())
+    assert [name for name in names if name.startswith("pen6")] == [
+        f"pen6 {row}" for row in CONFIGURATIONS
+    ]
+    assert {f"turntable {row}" for row in TURNTABLE_CONFIGURATIONS} <= set(names)
+    assert {f"classic {case}" for case in PROBLEMS} <= set(names)
+    assert f"gyro-free {TWO_ACCELS}" in names
+
+
+@pytest.mark.parametrize(
+    ("model", "kind"),
+    [*product(MODELS, KINDS), *((name, kind) for name in LENT for kind in ("plain", "missing"))],
+)
 def test_a_window_is_whole_and_always_the_same(model: str, kind: str) -> None:
     key = WindowKey(7, model, kind, 6)
     case, again = window_case(key), window_case(key)
+    assert (case.guess.states[0] >= case.model.lower).all()
     assert len(case.measurements) == len(case.guess.states) == key.horizon + 1
     assert (np.diff([m.time_s for m in case.measurements]) > 0).all()
     assert np.isfinite(np.linalg.cholesky(case.prior.covariance)).all()

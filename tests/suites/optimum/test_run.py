@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmark.configurations import contract_models
+from estimation.status import Status
 from mhe.config import MheIpoptConfig
 from mhe.reference.ipopt import MheIpopt
 from models.errors import InputError
 from suites.optimum.cases import WindowCase, WindowKey, rolled_out, window_case
-from suites.optimum.newton_step import NewtonCheck
+from suites.optimum.newton_step import AT_BOUND, NewtonCheck
 from suites.optimum.reference import LONGEST_LEFT, IpoptReference
 from suites.optimum.run import (
     ABOVE,
@@ -20,6 +22,7 @@ from suites.optimum.run import (
     IPOPT_FAILED,
     NEWEST_LIMIT,
     SAME,
+    WindowRow,
     compared,
     judged,
     summary,
@@ -64,11 +67,56 @@ def test_a_newton_step_leads_back_to_the_optimum(model: str) -> None:
     assert step.gauss_newton_length == pytest.approx(expected, rel=1e-6)
 
 
-def test_bounds_are_refused() -> None:
-    model = contract_models()[MODELS[0]]
-    bounded = model.bounded(**{model.state_names[0]: (-1.0, 1.0)})
-    with pytest.raises(InputError, match="has bounds or inequalities, expected one without"):
+def test_bounds_on_states_that_do_not_add_are_refused() -> None:
+    model = contract_models()["pen6 accel+gyro"]
+    bounded = model.bounded(mrp_x=(-0.5, 0.5))
+    with pytest.raises(InputError, match="bounds on states that do not add, expected one without"):
         NewtonCheck(bounded, MheIpoptConfig(horizon=HORIZON))
+
+
+def test_a_newton_step_knows_a_minimum_on_a_bound() -> None:
+    """None is left there; from a little inside it is as long as the way back."""
+    case, way = window_case(WindowKey(16, "classic tank", "bad start", HORIZON)), 1e-4
+    settings = MheIpoptConfig(horizon=HORIZON, tolerance=1e-12)
+    found = MheIpopt(case.model, settings).solve(case.prior, case.measurements, case.guess)
+    std = found.newest.std
+    at_bound = found.trajectory.states[:, 0] <= case.model.lower[0] + AT_BOUND * std[0]
+    assert at_bound.any()
+    check = NewtonCheck(case.model, settings)
+    assert check.step(case.prior, case.measurements, found.trajectory, std).length < 1e-9
+    window = DenseWindow(case.model, case.prior, case.measurements)
+    z = window.start(found.trajectory)
+    _, J, _ = window.linearised(z)
+    inside = np.zeros(window.n_z)
+    inside[0] = way / np.linalg.norm(J[:, 0])  # the first level rises, and all behind it
+    here = window.trajectory(z + inside)
+    assert (here.states[at_bound, 0] > case.model.lower[0] + AT_BOUND * std[0]).all()
+    step = check.step(case.prior, case.measurements, here, std)
+    assert step.length == pytest.approx(way, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({}, ""),
+        ({"newest_distance": 1e-5, "cost": 5e4, "newton_length": 2e-6}, "a cost of 5e+04 hides"),
+        ({"newest_distance": 1e-5, "newton_length": 2e-6}, "2e-06 left: solved"),
+        ({"verdict": ABOVE}, "two minima"),
+        ({"verdict": BELOW}, "two minima"),
+        ({"verdict": ABOVE, "at_bounds": 2}, "two minima: 2 states at bounds, IPOPT 0 states"),
+        ({"verdict": ABOVE, "newton_length": np.inf}, "mhe stopped short, inf left: solved"),
+        ({"verdict": IPOPT_FAILED, "ipopt_newton_length": 3e-2}, "IPOPT stopped short, 3e-02 left"),
+    ],
+)
+def test_whatever_does_not_hold_has_a_reason(change: dict[str, Any], reason: str) -> None:
+    key = WindowKey(0, "a model", "plain", HORIZON)
+    status = Status.SOLVED
+    row = WindowRow(
+        key, SAME, status, status, 5.0, 5.0, 0.0, 1e-9, 1e-9, 1e-9, 0, 0, 4, 9, 1
+    )  # fmt: skip
+    found = replace(row, **change).reason
+    assert reason in found
+    assert bool(found) == bool(reason)
 
 
 @pytest.mark.parametrize(

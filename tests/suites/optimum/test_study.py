@@ -34,6 +34,7 @@ def test_optimum_writes_a_row_per_window(tmp_path: Path) -> None:
         assert row["ipopt_cost"] == pytest.approx(expected.ipopt_cost, rel=1e-9)
     printed = result.stdout
     assert printed.startswith(f"mhe against IPOPT from the same start, {WINDOWS} windows")
-    assert all(f"| {kind.label} | " in printed for kind in KINDS.values())
+    assert all(f"| {KINDS[key.kind].label} | " in printed for key in keys)
+    assert all(f"| {key.model} | " in printed for key in keys)
     assert f"same minimum: {(table['verdict'] == 'same').sum()}, of which 0 are" in printed
     assert f"table in {output}" in printed

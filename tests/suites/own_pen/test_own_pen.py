@@ -21,10 +21,7 @@ from suites.own_pen.suite import NAME, SUITE
 
 PEN = "dpoint"
 OWN = Scope(seeds=2, pen=PEN)
-INERTIAL = {
-    *("accel", "gyro", "accel+gyro"),
-    *("accel+contact", "gyro+contact", "accel+gyro+contact"),
-}
+INERTIAL = {"accel", "gyro", "accel+gyro", "accel+gyro+contact"}
 
 
 def labels(pen: str, *among: str) -> list[str]:
@@ -47,6 +44,11 @@ def test_choices_follow_from_what_the_kinds_read() -> None:
     assert set(two[2:]) == {
         "camera", "accel_lower+camera", "accel_lower+accel_upper+camera",
     }  # fmt: skip
+    assert set(labels("reference", "accel", "gyro", "contact", "camera")) == INERTIAL | {
+        *("camera", "accel+camera", "gyro+camera", "accel+gyro+camera"),
+        "accel+gyro+camera+contact",
+    }
+    assert labels("reference", "contact", "camera") == ["camera", "camera+contact"]
     with pytest.raises(InputError, match="no sensor with readings that observes"):
         labels("reference", "contact", "area")
 

@@ -20,10 +20,12 @@ from benchmark.verdicts.judge import paired_values
 from estimation.estimator import run
 from pen_mhe.estimators import ESTIMATORS
 from suites.pen import pen_run, table_run
+from suites.pen.known_start import BEGIN as KNOWN_BEGIN
+from suites.pen.known_start import KNOWN_STARTS, NO_SPIN
 from suites.pen.pen_cases import (
-    ON_AXIS,
+    ON_AXIS_BEGIN,
     PEN_CASES,
-    PRINTED,
+    PRINTED_BEGIN,
     REFERENCE,
     SPIN_IGNORED,
     WITH_IPOPT,
@@ -40,6 +42,7 @@ EXAMPLES = {
     "rest": "rest",
     "start": "start 0 deg",
     "pen": REFERENCE,
+    "known": NO_SPIN,
 }
 
 
@@ -47,6 +50,8 @@ def kind(case: str) -> str:
     """Cases of a kind have the same quantities."""
     if case in PEN_CASES:
         return "pen"
+    if case in KNOWN_STARTS:
+        return "known"
     return "start" if case in STARTS else "rest" if case == "rest" else "stroke"
 
 
@@ -60,7 +65,8 @@ def test_tasks_are_all_cases_sensors_and_estimators_once() -> None:
     assert len(set(tasks)) == len(tasks) == len({task.key for task in tasks})
     assert {task.suite for task in tasks} == {NAME}
     assert {task.seed for task in tasks} == {0, 1, 2}
-    table = {(t.case, t.sensors, t.estimator) for t in tasks if t.case not in (*PEN_CASES, *SWEEP)}
+    others = (*PEN_CASES, *SWEEP, *KNOWN_STARTS)
+    table = {(t.case, t.sensors, t.estimator) for t in tasks if t.case not in others}
     by_ipopt = {
         (TABLE_WITH_IPOPT, sensors, name)
         for sensors in TURNTABLE_CONFIGURATIONS
@@ -86,9 +92,10 @@ def test_ipopt_runs_on_every_choice_of_sensors_and_few_seeds(seeds: int, of_ipop
     tasks = SUITE.tasks(Scope(seeds=seeds))
     found = {(t.case, t.sensors, t.seed) for t in tasks if t.estimator == "mhe-ipopt"}
     rows = [(WITH_IPOPT, sensors) for sensors in CONFIGURATIONS]
-    rows += [(case, "accel+gyro+camera") for case in (ON_AXIS, PRINTED)]
+    rows += [(case, "accel+gyro+camera") for case in (ON_AXIS_BEGIN, PRINTED_BEGIN)]
     rows += [(TABLE_WITH_IPOPT, sensors) for sensors in TURNTABLE_CONFIGURATIONS]
-    assert found == {(*row, seed) for row in rows for seed in range(of_ipopt)}
+    few = {(*row, seed) for row in rows for seed in range(of_ipopt)}
+    assert found == few | {(KNOWN_BEGIN, "accel+gyro", seed) for seed in range(seeds)}
     beside = {(t.case, t.sensors, t.seed) for t in tasks if t.estimator == "mhe"}
     assert found <= beside
 
@@ -126,9 +133,12 @@ def test_every_claim_judges_something() -> None:
             assert "quantity" in claim.of, claim.id
         if "case" in claim.every:
             begin = str(claim.of["case"]).removesuffix("*")
-            assert set(found["case"]) == {
-                case for case in (*STROKES, *SWEEP) if case.startswith(begin)
-            }
+            named = claim.of["case"]
+            assert set(found["case"]) == (
+                set(named)
+                if isinstance(named, tuple)
+                else {case for case in (*STROKES, *SWEEP) if case.startswith(begin)}
+            )
 
 
 def test_the_claims_of_the_paper_are_there() -> None:

@@ -1,0 +1,138 @@
+"""[Pen]'s stated aim: tip and attitude from accelerometer and gyroscope, from a known start.
+
+Nothing else says where the pen is (no writing area), so errors only grow: how fast, and what an
+estimator claims of it. The start is told with an error that is drawn from its covariance: pose and
+rates as well as a hand can lay a pen down, accelerations and biases as the pen's file has them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from benchmark.configurations import CONFIGURATIONS
+from benchmark.from_mhe import NEAR, distance_quantity
+from benchmark.from_mhe import REFERENCE as OPTIMUM
+from benchmark.tasks.history import outcome
+from benchmark.tasks.task import Outcome, Task
+from estimation.estimator import Estimator, run
+from estimation.recording import Truth
+from models.gaussian import GaussianState
+from models.pen import pen_model
+from models.pen_config import PenConfig
+from models.priors import replaced_prior
+from models.random_streams import seed_sequence, stream
+from models.state_space import StateSpaceModel
+from pen_mhe.estimators import create_estimator
+from recordings.simulate_pen import simulate
+from suites.pen.pen_cases import (
+    DURATION_S,
+    MOTION,
+    REFERENCE,
+    WITHOUT_SPIN,
+    assumed_pen,
+)
+from suites.pen_quantities import quantities_at
+
+SENSORS = "accel+gyro"
+AT_S = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, DURATION_S)
+"""When errors are told, s after the start."""
+
+KNOWN: Mapping[str, float] = MappingProxyType(
+    {
+        "tip_std_m": 1e-4,
+        "azimuth_std_rad": math.radians(0.1),
+        "elevation_std_rad": math.radians(0.1),
+        "spin_std_rad": math.radians(0.1),
+        "velocity_std_m_s": 1e-3,
+        "angle_rate_std_rad_s": 0.01,
+    }
+)
+"""Field of the prior → how well it is known at the start."""
+
+
+@dataclass(frozen=True)
+class KnownStart:
+    """A case.
+
+    Parameters
+    ----------
+    like : the case of `suites.pen.pen_cases.PEN_CASES` whose pen it is
+    estimators : that run on it
+    duration_s : of the recording
+    """
+
+    like: str
+    estimators: tuple[str, ...] = ("mhe-rti", "ekf")
+    duration_s: float = DURATION_S
+
+
+NO_SPIN, FREE = "known start, no-spin pen", "known start, free pen"
+BEGIN_S = 0.2
+"""What IPOPT solves on every seed: by then the tip is lost."""
+BEGIN = f"{NO_SPIN}, {BEGIN_S:g} s"
+KNOWN_STARTS: Mapping[str, KnownStart] = MappingProxyType(
+    {
+        BEGIN: KnownStart(WITHOUT_SPIN, (OPTIMUM, NEAR), BEGIN_S),
+        NO_SPIN: KnownStart(WITHOUT_SPIN),
+        FREE: KnownStart(REFERENCE),
+    }
+)
+"""Name → case."""
+
+
+def run_known_start(task: Task) -> Outcome:
+    """Run an estimator from a known start and tell its errors at `AT_S`."""
+    row, estimator = KNOWN_STARTS[task.case], _estimator(task.case, task.estimator)
+    recording = simulate(
+        _pen(task.case),
+        CONFIGURATIONS[SENSORS].sensors,
+        motion=MOTION,
+        duration_s=row.duration_s,
+        seed=task.seed,
+    )
+    truth = recording.truth
+    assert truth is not None
+    model = estimator.model
+    told, blind = told_start(model, truth, task.seed), replace(recording, truth=None)
+    is_reference = task.estimator == OPTIMUM
+    history = run(estimator, blind, prior=told, covariances=is_reference)
+    quantities = quantities_at(model, history, truth, [at for at in AT_S if at <= row.duration_s])
+    if is_reference:
+        near = run(_estimator(task.case, NEAR), blind, prior=told)
+        quantities.append(distance_quantity(model, history, near))
+    return outcome(model.name, history, quantities)
+
+
+def told_start(model: StateSpaceModel, truth: Truth, seed: int) -> GaussianState:
+    """Return the prior whose mean is off the truth by an error drawn from its covariance.
+
+    Without a camera a chain that bounds the velocity starts from its stationary one: known it is
+    independent of the rest.
+    """
+    true = truth.states(model.state_names, truth.time_s[:1])[0]
+    moving = [name for name in model.state_names if name.endswith("_velocity_m_s")]
+    told = replaced_prior(model, dict.fromkeys(moving, 0.0), KNOWN["velocity_std_m_s"])
+    drawn = stream(seed_sequence(seed), "error of the known start").standard_normal(model.n_x)
+    away = np.linalg.cholesky(told.covariance) @ drawn
+    mean = np.asarray(model.retract(true, away)).ravel()
+    return GaussianState(mean, told.covariance)
+
+
+@cache
+def _pen(case: str) -> PenConfig:
+    """Return the pen, which moves as it is assumed to, with a start that is known."""
+    pen = assumed_pen(KNOWN_STARTS[case].like)
+    return pen.model_copy(update={"prior": pen.prior.model_copy(update=dict(KNOWN))})
+
+
+@cache
+def _estimator(case: str, name: str) -> Estimator[Any]:
+    model = pen_model(_pen(case), CONFIGURATIONS[SENSORS].sensors, writing_area=False)
+    return create_estimator(name, model)

@@ -1,0 +1,46 @@
+"""Where `mhe-ipopt` ends: by the length of its steps, whatever rounding does to gradients."""
+
+from __future__ import annotations
+
+import pytest
+
+from estimation.status import Status
+from mhe.config import MheIpoptConfig
+from mhe.reference.ipopt import STANDS, MheIpopt
+from suites.optimum.cases import WindowKey, window_case
+from suites.optimum.newton_step import NewtonCheck
+from tests.mhe import pendulum
+
+GYRO_FREE, HORIZON = "gyro-free two accels", 10
+
+
+def test_a_stiff_reading_of_a_loose_state_does_not_keep_it_from_ending() -> None:
+    """Its gradients round to 1e-6; the steps are down to 1e-10 deviations in ten iterations."""
+    settings = MheIpoptConfig(horizon=HORIZON)
+    model = window_case(WindowKey(0, GYRO_FREE, "plain", HORIZON)).model
+    mhe, check = MheIpopt(model, settings), NewtonCheck(model, settings)
+    for seed in (1, 2):
+        case = window_case(WindowKey(seed, GYRO_FREE, "plain", HORIZON))
+        found = mhe.solve(case.prior, case.measurements, case.guess)
+        assert found.status is Status.SOLVED
+        assert found.iterations < 30
+        left = check.step(case.prior, case.measurements, found.trajectory, found.newest.std)
+        assert left.length < 10 * settings.tolerance
+
+
+@pytest.mark.parametrize(
+    ("said", "violation", "status"),
+    [
+        (STANDS, 1e-9, Status.SOLVED),
+        (STANDS, 1e-7, Status.SOLVER_FAILED),
+        ("Solve_Succeeded", 1e-7, Status.SOLVED),
+        ("Solved_To_Acceptable_Level", 1e-9, Status.SOLVER_FAILED),
+        ("Infeasible_Problem_Detected", 1.0, Status.INFEASIBLE),
+    ],
+)
+def test_standing_still_is_solved_where_the_constraints_hold(
+    said: str, violation: float, status: Status
+) -> None:
+    mhe = MheIpopt(pendulum.model(), MheIpoptConfig(horizon=1, tolerance=1e-8))
+    stats = {"return_status": said, "iterations": {"inf_pr": [1.0, violation]}}
+    assert mhe._status(stats) is status
