@@ -7,7 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from suites.classics.problems import PROBLEMS, figures_of, model_of, recorded, settings
+from suites.classics.problems import PROBLEMS, figures_of
+from suites.classics.recordings import model_of, prior_of, recorded, settings
 from suites.windows import Recorded, WindowBody
 
 
@@ -28,4 +29,6 @@ def _body(case: str) -> WindowBody:
 
 
 def _recorded(case: str, kind: str, duration_s: float, rng: np.random.Generator) -> Recorded:
-    return recorded(case, int(rng.integers(2**31))), model_of(case).prior
+    seed = int(rng.integers(2**31))
+    recording = recorded(case, seed)
+    return recording, prior_of(case, recording, seed)

@@ -31,7 +31,6 @@ from models.gaussian import GaussianState
 from models.names import unknown
 from models.random_streams import stream
 from models.state_space import StateSpaceModel
-from models.units import split_unit
 from pen_mhe.estimators import create_estimator
 from suites.optimum.kinds import KINDS, WindowKind
 from suites.optimum.pens import own_bodies
@@ -199,7 +198,7 @@ def angle_directions(model: StateSpaceModel) -> NDArray[np.bool_]:
     """Return which components of a tangent vector (n_x,) turn something."""
     if model.tangent is not None:
         return np.array([unit == "rad" for unit in model.tangent.units])
-    return np.array([split_unit(name)[1] == "rad" for name in model.state_names])
+    return np.array([unit == "rad" for unit in model.state_units])
 
 
 def _lossy(
