@@ -26,7 +26,7 @@ from models.linear_matrices import (
     noise_density,
     units_of,
 )
-from models.linear_steps import continuous_steps, discrete_steps, step_function
+from models.linear_steps import continuous_steps, discrete_steps, step_matrix
 from models.own_bounds import Bound
 from models.own_inputs import Inputs
 from models.own_models import own_model
@@ -146,12 +146,12 @@ def _transition(
         joint[n_x:, n_x:] = np.eye(n_u)
         steps = discrete_steps(joint, noise, dt_s)
 
-    step = step_function(steps, n_x, moved)
+    matrix = step_matrix(steps, n_x, moved)
 
     def with_inputs(x: ca.SX, w: ca.SX, dt: ca.SX, u: ca.SX) -> ca.SX:
-        return step(ca.vertcat(x, u, w), dt)
+        return matrix(dt) @ ca.vertcat(x, u, w)
 
     def without(x: ca.SX, w: ca.SX, dt: ca.SX) -> ca.SX:
-        return step(ca.vertcat(x, w), dt)
+        return matrix(dt) @ ca.vertcat(x, w)
 
     return with_inputs if n_u else without

@@ -88,26 +88,30 @@ def discrete_steps(A: Array, Q: Array, interval_s: float) -> ca.Function:
     return _branch([one, many, _called("none", [dt], _nothing(n))], case, dt)
 
 
-def step_function(steps: ca.Function, n_x: int, moved: Sequence[int]) -> ca.Function:
-    """Return z, Δt → next x (n_x,), of z = (x, what stays, w): F (x, what stays) + L w.
+def step_matrix(steps: ca.Function, n_x: int, moved: Sequence[int]) -> ca.Function:
+    """Return Δt → J (n_x, n + n_w), the next x being J (x, what stays, w), as one call.
 
     Parameters
     ----------
     steps : Δt → F (n, n), Q (n, n)
     n_x : states, the first of n; the others stay
-    moved : indices of states that noise moves; L Lᵀ is their covariance
+    moved : (n_w,) indices of states that noise moves; L Lᵀ is their covariance, J = (F, L)
     """
-    n, n_w, covariance = steps.size1_out(0), len(moved), ca.SX.sym("Q", len(moved), len(moved))
+    dt, covariance = ca.MX.sym("dt"), ca.SX.sym("Q", len(moved), len(moved))
     factor = ca.Function("factor", [covariance], [ca.densify(noise_factor(covariance))])
-    z, dt, after = ca.MX.sym("z", n + n_w), ca.MX.sym("dt"), ca.MX.sym("x_next", n_x)
     F, Q = _pair(steps(dt))
     L = factor(Q[list(moved), list(moved)]) if moved else ca.MX(0, 0)
-    places = ca.DM(np.eye(n_x)[:, list(moved)])
-    J = ca.densify(ca.horzcat(F[:n_x, :], places @ L))
-    # The root of a variance of zero has no slope, and nobody asks how a step changes with Δt.
-    slopes = ca.Function("jac_step", [z, dt, after], [J, ca.MX(n_x, 1)])
-    options: Any = {"never_inline": True, "custom_jacobian": slopes}
-    return ca.Function("step", [z, dt], [J @ z], options)
+    J = ca.densify(ca.horzcat(F[:n_x, :], ca.DM(np.eye(n_x)[:, list(moved)]) @ L))
+    # Nobody asks how a step changes with Δt, and the root of a variance of zero has no slope.
+    # CasADi looks at the zeros given here only where J depends on Δt: so it does, by nothing.
+    J = J + ca.fmin(ca.fabs(dt), 0)
+    slopes = [ca.MX(ca.DM.zeros(J.numel(), 1))]
+    given = [dt, ca.MX.sym("J", J.shape[0], J.shape[1])]
+    options: Any = {
+        "never_inline": True,
+        "custom_jacobian": ca.Function("jac_matrix", given, slopes),
+    }
+    return ca.Function("matrix", [dt], [J], options)
 
 
 def noise_factor(Q: ca.SX) -> ca.SX:
@@ -117,6 +121,7 @@ def noise_factor(Q: ca.SX) -> ca.SX:
     for j in range(n):
         pivot = Q[j, j] - sum((L[j, k] ** 2 for k in range(j)), ca.SX(0))
         is_noise = pivot > ROUNDING * Q[j, j]
+        # What is not defined stays NaN.
         L[j, j] = ca.if_else(is_noise, ca.sqrt(pivot), ca.if_else(ca.fabs(pivot) >= 0, 0, pivot))
         for i in range(j + 1, n):
             left = Q[i, j] - sum((L[i, k] * L[j, k] for k in range(j)), ca.SX(0))
