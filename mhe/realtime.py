@@ -28,6 +28,7 @@ from estimation.chosen import chosen
 from estimation.collect import Batches
 from estimation.estimate import Estimate, EstimateHistory, Window
 from estimation.inputs import all_with_inputs
+from estimation.intervals import check_step
 from estimation.recording import Measurement
 from estimation.result import ResultReader
 from estimation.settings import checked_config
@@ -74,6 +75,9 @@ class WindowLoop:
 
     def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
         """Slide the window onto the measurement and solve it."""
+        if self.model.interval_s is not None and (n := int(state.memory.item(0))):
+            newest_s = state.memory.item(self._times + n - 1)
+            check_step(self.model, newest_s, measurement.time_s)
         memory, result = self._engine.step(state.memory, measurement.time_s, measurement.y)
         if self._fallback.is_needed(self._reader.status_of(result)):
             memory, result = self._fallback.solve(memory, result)

@@ -14,6 +14,7 @@ import numpy as np
 from estimation.estimate import Estimate, Window
 from estimation.estimator import first_state, late_estimate, remarks
 from estimation.inputs import all_with_inputs, with_inputs, without_readings
+from estimation.intervals import check_step
 from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.recording import Measurement
 from estimation.rest_detector import RestDetector
@@ -124,6 +125,7 @@ class MheIpopt:
             return state, late_estimate(self.model, newest_s, state.newest)
         last = state.measurements[-1] if state.measurements else None
         dt = 0.0 if last is None else measurement.time_s - last.time_s
+        check_step(self.model, None if last is None else last.time_s, measurement.time_s)
         before = None if last is None else last.y[self.model.n_y :]
         y = with_inputs(self.model, before, measurement.y)
         rest, y = self._rest.step(state.rest, dt, y)
