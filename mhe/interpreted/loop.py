@@ -3,51 +3,28 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from estimation.estimator import remarks
 from estimation.inputs import with_inputs, without_readings
-from estimation.kalman_stage import Update
 from estimation.layout import Layout
 from estimation.outputs import derived_outputs
 from estimation.rest_detector import RestDetector
 from estimation.result import checked_input, report, result_layout, stepped
 from estimation.status import Status
 from mhe.config import Clock, RealTimeConfig
+from mhe.interpreted.convergence import Convergence, Solved
 from mhe.interpreted.deadline import Deadline
-from mhe.interpreted.descent import descend
 from mhe.interpreted.pass_result import Pass
 from mhe.interpreted.sliding import WindowSlider
 from mhe.interpreted.window_pass import WindowPass
-from mhe.interpreted.window_point import WindowPoint
 from mhe.reuse import SETTLED, reuse_threshold
-from mhe.rules import MOST_TURNS
-from mhe.second_start import cost_limits, is_better, started_beside
 from mhe.window_memory import Scales, View, put
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
-
-
-@dataclass(frozen=True, eq=False)
-class Solved:
-    """How solving a window ended.
-
-    Parameters
-    ----------
-    newest : update of the newest stage; None where there was no pass
-    known : of the newest state, for its covariance
-    kkt : see `estimation.estimate.Estimate.kkt_residual`
-    """
-
-    newest: Update | None
-    known: GaussianState
-    status: Status
-    iterations: int = 0
-    cost: float = np.nan
-    kkt: float = np.nan
 
 
 class InterpretedWindow:
@@ -72,8 +49,8 @@ class InterpretedWindow:
         self._pass, self._rest = WindowPass(model, config), RestDetector(model)
         self._slider = WindowSlider(model, config, memory, self._pass)
         self._reuse = reuse_threshold(model, config)
-        self._cost_limits = cost_limits(config.horizon + 1, model.n_r)
         self._deadline = Deadline(config.deadline_s, clock or time.perf_counter)
+        self._convergence = Convergence(self._pass, config, self._deadline)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
@@ -115,7 +92,7 @@ class InterpretedWindow:
         window = View.of(self.memory, memory)
         for k in range(len(window.w)):
             window.x[k + 1] = self._pass.move(window, k, window.x[k], window.w[k])
-        solved = self._judge(window, self._converge_twice(window))
+        solved = self._judge(window, self._convergence.solve(window))
         state = replace(solved.known, mean=window.x[-1])
         return memory, self._report(window, state, solved, solved.status)
 
@@ -140,7 +117,7 @@ class InterpretedWindow:
         if not has_time:
             state, solved = self._only_predict(old, window)
         else:
-            solve = self._converge_twice if self._scheme.converges else self._one_pass
+            solve = self._convergence.solve if self._scheme.converges else self._one_pass
             solved = self._judge(window, solve(window))
             state = replace(solved.known, mean=window.x[-1])
         status = solved.status
@@ -196,7 +173,7 @@ class InterpretedWindow:
         if self._reuse > 0:
             for k, by in list(enumerate(_moved(found)))[renewed]:
                 window.moved[k] = self._judged(window, k, by, found.expected[k])
-        kkt = max(np.sqrt(found.length), self._largest_excess(window, found.row_std))
+        kkt = max(np.sqrt(found.length), self._pass.largest_excess(window, found.row_std))
         return Solved(found.newest, found.newest.state, found.held.status, 1, found.cost, kkt)
 
     def _judged(self, window: View, k: int, by: float, expected: Array) -> float:
@@ -206,68 +183,13 @@ class InterpretedWindow:
         [off] = self._pass.call["judge"](window.x[k], window.y[k], window.present[k], expected)
         return max(by, float(off[0]) ** 2)
 
-    def _largest_excess(self, window: View, row_std: Array) -> float:
-        """Return what the trajectory exceeds a row by at most, in standard deviations."""
-        excess = self._pass.excess(window, window.x)
-        exceeded = excess > 0
-        return float((excess[exceeded] / row_std[exceeded]).max(initial=0.0))
-
     def _judge(self, window: View, solved: Solved) -> Solved:
         """Say so where chance can hardly explain the cost of a minimum."""
         is_full = len(window.times) > self._config.horizon
         judged = solved.status is Status.SOLVED and (self._scheme.converges or is_full)
-        if judged and self._is_improbable(window, solved.cost):
+        if judged and self._convergence.is_improbable(window, solved.cost):
             return replace(solved, status=Status.IMPROBABLE)
         return solved
-
-    def _is_improbable(self, window: View, cost: float) -> bool:
-        return bool(cost > self._cost_limits[np.count_nonzero(window.present)])
-
-    def _is_doubtful(self, window: View, first: Solved) -> bool:
-        if first.status:
-            return Status.SOLVER_FAILED in first.status
-        if window.wait > 0:
-            window.wait[...] -= 1
-            return False
-        return self._is_improbable(window, first.cost) or bool(window.active.any())
-
-    def _converge_twice(self, window: View) -> Solved:
-        """Converge, and where the minimum is doubtful once more: mhe/compiled/second_start.c."""
-        first, count = self._converge(window), len(window.times)
-        if not self._is_doubtful(window, first) or self._deadline.affordable(count) < count:
-            return first
-        kept = [(block, block.copy()) for block in (window.x, window.w, window.active)]
-        window.x[0], window.w[:] = started_beside(self._model, window.prior), 0
-        for k in range(len(window.w)):
-            window.x[k + 1] = self._pass.move(window, k, window.x[k], window.w[k])
-        window.active[:] = 0
-        again = self._converge(window, first.iterations)
-        ends = again.status, again.cost, first.status, first.cost
-        if is_better(*ends, is_free=self._pass.n_c == 0):
-            return again
-        for block, values in kept:
-            block[:] = values
-        if first.status is Status.SOLVED and count > self._config.horizon:
-            window.wait[...] = self._config.horizon
-        return replace(first, iterations=again.iterations)
-
-    def _converge(self, window: View, passes: int = 0) -> Solved:
-        """Passes to convergence, counted on from those that were made."""
-        point = WindowPoint(self._pass, window, self._deadline)
-        if not np.isfinite(point.readings):
-            found = self._pass.run(window, point.d, point.scales)
-            return Solved(found.newest, found.newest.state, Status.NOT_FINITE, passes + 1)
-        end = descend(point, point.z, point.cost, self._scheme, passes)
-        for _ in range(MOST_TURNS):
-            if end.status is not Status.SOLVED or not point.is_wound:
-                break
-            again = WindowPoint(self._pass, window, self._deadline)
-            end = descend(again, again.z, again.cost, self._scheme, end.iterations)
-            point = again
-        assert point.found is not None
-        found = point.found
-        kkt = max(end.kkt, self._largest_excess(window, found.row_std))
-        return Solved(found.newest, found.newest.state, end.status, end.iterations, end.cost, kkt)
 
 
 def _moved(found: Pass) -> Array:
