@@ -60,6 +60,10 @@ static integer converge_twice(const Window *s, real *memory, double start, Solve
     const Model *m = &s->model;
     const integer status = converge(s, memory, start, solved);
     const integer count = (integer)memory[at->count], n_r = m->n_r;
+#if LAGGED
+    const integer told = s->n_lags * m->n_x;
+    look_back(s, memory);
+#endif
     if (!is_doubtful(s, memory, status, solved->cost)) return status;
     if (affordable(s, start) < count) return status;
     const struct { real *kept, *from; integer size; } parts[] = {
@@ -67,6 +71,10 @@ static integer converge_twice(const Window *s, real *memory, double start, Solve
         {o->w_first, memory + at->w, (count - 1) * m->n_w},
         {o->active_first, memory + at->active, count * s->n_c},
         {o->P_newest, SLOT(o->P_plus, count - 1, m->n_P), m->n_P},
+#if LAGGED
+        {o->x_lagged_first, o->x_lagged, told},
+        {o->P_lagged_first, o->P_lagged, told * m->n_x},
+#endif
         {o->v_first, o->v, n_r},
         {o->S_first, o->S, n_r * n_r}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
@@ -77,6 +85,9 @@ static integer converge_twice(const Window *s, real *memory, double start, Solve
     solved->passes = other.passes;
     if (is_better(s, again, other.cost, status, solved->cost)) {
         *solved = other;
+#if LAGGED
+        look_back(s, memory);
+#endif
         return again;
     }
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
