@@ -238,14 +238,12 @@ def _work(
         "e_lagged": n_stages * n_r if n_lags else 0,
         "u_lagged": n_r,
     }
-    lagged_first = {"x_lagged_first": n_lags * n_x, "P_lagged_first": n_lags * n_x * n_x}
     sizes = {
         **{name: n_stages * width for name, width in per_stage.items()},
         **single,
         **(constrained if n_c else dict.fromkeys(constrained, 0)),
         **(converging if converges else {}),
         **(lagged if parts["LAGGED"] else {}),
-        **(lagged_first if parts["LAGGED"] and converges else {}),
     }
     return {
         **{name: np.zeros(size) for name, size in sizes.items()},

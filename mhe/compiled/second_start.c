@@ -61,8 +61,7 @@ static integer converge_twice(const Window *s, real *memory, double start, Solve
     const integer status = converge(s, memory, start, solved);
     const integer count = (integer)memory[at->count], n_r = m->n_r;
 #if LAGGED
-    const integer told = s->n_lags * m->n_x;
-    look_back(s, memory);
+    look_back(s, memory); /* what is told stays the first one's unless the second is better */
 #endif
     if (!is_doubtful(s, memory, status, solved->cost)) return status;
     if (affordable(s, start) < count) return status;
@@ -71,10 +70,6 @@ static integer converge_twice(const Window *s, real *memory, double start, Solve
         {o->w_first, memory + at->w, (count - 1) * m->n_w},
         {o->active_first, memory + at->active, count * s->n_c},
         {o->P_newest, SLOT(o->P_plus, count - 1, m->n_P), m->n_P},
-#if LAGGED
-        {o->x_lagged_first, o->x_lagged, told},
-        {o->P_lagged_first, o->P_lagged, told * m->n_x},
-#endif
         {o->v_first, o->v, n_r},
         {o->S_first, o->S, n_r * n_r}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
