@@ -10,7 +10,7 @@ import numpy as np
 
 from estimation.consistency import Consistency, consistency_of, nees, nis
 from estimation.estimate import EstimateHistory
-from estimation.estimator import run
+from estimation.estimator import LookingBack, run
 from estimation.recording import Recording
 from models.errors import InputError
 from models.pen import pen_model
@@ -70,7 +70,8 @@ def estimate_recording(
     Parameters
     ----------
     estimator : one of `pen_mhe.estimators.ESTIMATORS`
-    settings : that it reads, by name; see `pen_mhe.estimators.create_estimator`
+    settings : that it reads, by name; see `pen_mhe.estimators.create_estimator`. With
+        ``lag_samples`` (the largest of them) output, ink and errors are those at that lag
     sensors : names from the pen file; None takes all that the recording has
     thinning : use fewer camera frames
     duration_s : use only the first seconds
@@ -106,19 +107,29 @@ def estimate_recording(
     on_progress = on_start(len(used.time_s)) if on_start else None
     built = create_estimator(estimator, model, **(settings or {}))
     history = run(built, used, on_progress=on_progress, covariances=_has_nees(model, used))
+    lag = max(built.lags, default=0) if isinstance(built, LookingBack) else 0
+    if lag >= len(history):
+        raise InputError(
+            f"a recording of {len(history)} instants has none that is followed by {lag}, expected "
+            "more, or a shorter lag"
+        )
+    told = history.at_lag(lag)
     fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
-    output = history.at(used.sensor(fastest)[0])
+    times = used.sensor(fastest)[0]
+    output = told.at(times[np.isin(times, told.time_s)] if lag else times)
     return EstimateRun(
         model=model,
         used=used,
         history=history,
         output=output,
-        left_out=left_out_error(model, cameras[0], history, recorded, used) if cameras else None,
-        true_rms=_true_rms(model, history, used),
+        left_out=left_out_error(model, cameras[0], told, recorded, used) if cameras else None,
+        true_rms=_true_rms(model, told, used),
         nis=_nis(model, history),
-        nees=_nees(model, history, used),
+        nees=_nees(model, told, used),
         ink=ink_match(output, loaded.ink) if loaded.ink else None,
         zero_delay=tuple(s.name for s in model.sensors if s.delay_s > 0),
+        lag_samples=lag,
+        rows_without=len(times) - len(output),
     )
 
 
