@@ -235,8 +235,8 @@ def _work(
     lagged = {
         "x_lagged": n_lags * n_x,
         "P_lagged": n_lags * n_x * n_x,
-        "e_lagged": n_stages * n_r if n_lags else 0,
-        "u_lagged": n_r,
+        "e_lagged": n_stages * n_r * n_x if n_lags else 0,
+        "all_lagged": n_x * n_x,
     }
     sizes = {
         **{name: n_stages * width for name, width in per_stage.items()},
