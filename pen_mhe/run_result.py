@@ -41,6 +41,7 @@ class EstimateRun:
     zero_delay : sensors whose readings were used at their capture in spite of a delay
     lag_samples : how many samples before the newest that it knows a row of `output` speaks of;
         errors and ink are at this lag too
+    is_smoothed : whether each row of `output` knows the whole recording; errors and ink too
     rows_without : samples of the fastest sensor that no row speaks of: so long has not passed since
     """
 
@@ -55,6 +56,7 @@ class EstimateRun:
     ink: InkMatch | None
     zero_delay: tuple[str, ...]
     lag_samples: int = 0
+    is_smoothed: bool = False
     rows_without: int = 0
 
     def __repr__(self) -> str:
@@ -90,6 +92,8 @@ class EstimateRun:
                 f"that it knows; {self.rows_without} samples at the end, not followed by "
                 "so many, have no row"
             )
+        if self.is_smoothed:
+            said.append("smoothed: each row knows the whole recording, what came later included")
         if self.left_out is not None:
             errors = (_in_readable_unit(unit, rms) for unit, rms in self.left_out.rms.items())
             frames = self.left_out.frames

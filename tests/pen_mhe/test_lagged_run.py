@@ -85,3 +85,16 @@ def test_the_command_writes_rows_of_that_lag(recording: Recording, tmp_path: Pat
     assert refused.exit_code == 2
     assert "a lag of 7 samples is longer than the window's horizon" in refused.stderr
     assert refused.stderr.count("\n") == 1
+
+
+def test_the_command_smooths_what_a_filter_said(recording: Recording, tmp_path: Path) -> None:
+    path, output = tmp_path / "pen.parquet", tmp_path / "out.csv"
+    write_table(recording_to_table(recording, pm.load_pen("reference")), path)
+    words = ["estimate", str(path), "--pen", "reference", "--output", str(output), "--smooth"]
+    done = CliRunner().invoke(app, [*words, "--estimator", "ekf"])
+    assert done.exit_code == 0, done.stderr
+    assert "smoothed: each row knows the whole recording" in done.output
+    assert len(pd.read_csv(output)) == len(recording.sensor("accel")[0])
+    refused = CliRunner().invoke(app, [*words, "--estimator", "mhe"])
+    assert refused.exit_code == 2
+    assert "mhe is none, expected ekf; others have lag_samples" in refused.stderr

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.references.kalman import Posterior, predict
+from tests.references.kalman import run as run
 
 Array = NDArray[np.float64]
 
