@@ -38,11 +38,14 @@ class Source(RecordingOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class UsedPart:
-    """How much of a recording is used."""
+    """How much of a recording is used, and whether in both directions."""
 
     camera_rate: Annotated[float | None, typer.Option(help="Use fewer frames: Hz.")] = None
     camera_phase: Annotated[int, typer.Option(help="Which of the frames to keep.")] = 0
     duration: Annotated[float | None, typer.Option(help="Use only the first seconds.")] = None
+    smooth: Annotated[
+        bool, typer.Option("--smooth", help="Go back over a filter's estimates from the end.")
+    ] = False
 
     def thinning(self) -> CameraThinning | None:
         """Return which frames are used; None for all."""
@@ -109,6 +112,7 @@ def estimate(
                 on_start=start,
                 writing_area=source.writing_area,
                 rest=source.rest,
+                smooth=part.smooth,
             )
         write_table(result.output.to_pandas(), written.output)
         if written.figure is not None:

@@ -67,6 +67,10 @@ OPTIONS: Mapping[str, SettingOption] = MappingProxyType(
         "deadline_s": SettingOption(
             help="Seconds per step, then the best so far is returned.", flag="--deadline"
         ),
+        "lag_samples": SettingOption(
+            help="Rows speak of so many samples before the newest that they know.",
+            kind=int,
+        ),
         "tolerance": SettingOption(help="Where iterating ends, in deviations."),
         "max_iterations": SettingOption(help="Of the solver, per step."),
         "reuse_threshold": SettingOption(

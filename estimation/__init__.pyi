@@ -17,4 +17,5 @@ from estimation.observability import verdict as verdict
 from estimation.recording import Measurement as Measurement
 from estimation.recording import Recording as Recording
 from estimation.recording import Truth as Truth
+from estimation.smoother import smoothed as smoothed
 from estimation.status import Status as Status

@@ -13,7 +13,7 @@ import numpy as np
 
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.layout import Layout
-from estimation.result import ResultReader, checked_input
+from estimation.result import ResultReader, checked_input, tell_lagged
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
@@ -29,9 +29,15 @@ def collected(
     step_time_s: Sequence[float],
     *,
     covariances: bool = False,
+    lags: Sequence[int] = (),
 ) -> EstimateHistory:
-    """Return the history of estimates that were made one by one, and of how long each took."""
-    reader, n = ResultReader(model), len(estimates)
+    """Return the history of estimates that were made one by one, and of how long each took.
+
+    Parameters
+    ----------
+    lags : at which the estimator tells of earlier instants
+    """
+    reader, n = ResultReader(model, lags), len(estimates)
     results = np.full((n, reader.layout.size), np.nan)
     blocks = {
         "time_s": [e.time_s for e in estimates],
@@ -48,6 +54,8 @@ def collected(
     for block, values in blocks.items():
         rows = np.asarray(values, dtype=float)
         results[:, reader.layout.slices[block]] = rows.reshape(n, -1) if n else 0.0
+    for estimate, result in zip(estimates, results, strict=True):
+        tell_lagged(reader.layout, result, lags, estimate.lagged)
     mean, P = (reader.layout.view(results, block) for block in ("mean", "covariance"))
     for block, rows in zip(("derived", "derived_std"), reader.derived.values(mean, P), strict=True):
         reader.layout.view(results, block)[:] = rows

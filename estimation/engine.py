@@ -28,7 +28,7 @@ class CompiledEngine:
     """A loop as machine code, with a workspace of its own: one per thread."""
 
     def __init__(self, model: StateSpaceModel, loop: Loop) -> None:
-        self.memory, self.result = loop.memory, result_layout(model)
+        self.memory, self.result = loop.memory, result_layout(model, loop.lags)
         self._model, self._shape, self._given_shape = model, (model.n_row,), (loop.memory.size,)
         self._machine = machine = Machine()
         described = machine.structure("Model", {**model_fields(model, loop), **kernel_fields()})

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimation.history import EstimateHistory as EstimateHistory  # many take both from here
+from estimation.lagged import LaggedState
 from estimation.status import Status as Status
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -41,6 +42,8 @@ class Estimate:
     reused_stages : stages whose factors were kept from the step before
     derived, derived_std : (k,) outputs that are not states, with their standard deviations; see
         `estimation.outputs`; None where the estimator leaves them to the history
+    lagged : of earlier instants, where the estimator was asked for them (``lag_samples``) and the
+        window is that long already
     """
 
     time_s: float
@@ -55,3 +58,4 @@ class Estimate:
     reused_stages: int = 0
     derived: Array | None = None
     derived_std: Array | None = None
+    lagged: tuple[LaggedState, ...] = ()

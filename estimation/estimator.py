@@ -58,6 +58,15 @@ class BatchEstimator(Protocol[StateT]):
         """Take n measurements, (n,) and (n, n_y); the same as n steps; see `run`."""
 
 
+@runtime_checkable
+class LookingBack(Protocol):
+    """An estimator whose steps may tell of earlier instants too."""
+
+    @property
+    def lags(self) -> tuple[int, ...]:
+        """How many samples before the newest, ascending."""
+
+
 def run(
     estimator: Estimator[StateT],
     recording: Recording,
@@ -108,6 +117,7 @@ def run_measurements(
 ) -> EstimateHistory:
     """Drive an estimator over any stream of measurements, a live one included; see `run`."""
     state = estimator.init(prior)
+    lags = estimator.lags if isinstance(estimator, LookingBack) else ()
     parts: list[EstimateHistory] = []
     estimates: list[Estimate] = []
     step_times: list[float] = []
@@ -115,7 +125,12 @@ def run_measurements(
     def reduce() -> None:
         parts.append(
             collected(
-                estimator.name, estimator.model, estimates, step_times, covariances=covariances
+                estimator.name,
+                estimator.model,
+                estimates,
+                step_times,
+                covariances=covariances,
+                lags=lags,
             )
         )
         estimates.clear()

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from estimation.covariances import Covariances
 from estimation.history_rows import check_rows
+from estimation.lagged import LaggedEstimates
 from estimation.named_columns import NamedColumns
 from estimation.recording import Truth
 from estimation.status import Status, solved_fraction
@@ -66,6 +67,7 @@ class EstimateHistory(NamedColumns):
     derived_names, derived, derived_std : (k,), (n, k) outputs that are not states
     outputs : the model's; None where people read its states, see `names` and `values`
     state_units : (n_x,) as people write them; without any, SI units that end the names
+    lagged : lag in samples → what the steps said of the instant so long before, see `at_lag`
     """
 
     estimator: str
@@ -89,6 +91,7 @@ class EstimateHistory(NamedColumns):
     derived_std: Array = field(default_factory=lambda: np.zeros((0, 0)))
     outputs: Outputs | None = None
     state_units: tuple[str, ...] = ()
+    lagged: Mapping[int, LaggedEstimates] = field(default_factory=FrozenMapping)
 
     def __post_init__(self) -> None:
         if not self.derived_names:  # no column, and as many rows as steps
@@ -132,12 +135,14 @@ class EstimateHistory(NamedColumns):
             self,
             **arrays,
             covariances=kept and Covariances(change(kept.state), change(kept.innovation)),
+            lagged=FrozenMapping({lag: each.changed(change) for lag, each in self.lagged.items()}),
         )
 
     def _arrays(self) -> list[Array]:
         kept = self.covariances
         full = [] if kept is None else [kept.state, kept.innovation]
-        return [*(getattr(self, name) for name in PER_STEP), *full]
+        lagged = [array for each in self.lagged.values() for array in each.arrays()]
+        return [*(getattr(self, name) for name in PER_STEP), *full, *lagged]
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -171,6 +176,53 @@ class EstimateHistory(NamedColumns):
         if not start_s <= end_s:
             raise InputError(f"from {start_s:g} s to {end_s:g} s, expected an end after the start")
         return self[(self.time_s >= start_s) & (self.time_s <= end_s)]
+
+    def at_lag(self, lag: int) -> EstimateHistory:
+        """Return the estimates of the instants `lag` samples before each step's newest.
+
+        Each row bears the time that it speaks of, and knows all readings of `lag` further samples
+        (instants of the recording, of any sensor). The last `lag` instants have no row, for they
+        were never followed by so many; neither have instants that a late measurement or a
+        window begun anew took the lag from. Status and times are those of the step that says it. A
+        smoothed estimate has seen its readings: it has no innovation.
+
+        Parameters
+        ----------
+        lag : one that the estimator was asked for, ``create_estimator(…, lag_samples=lag)``; 0 is
+            this history
+
+        Raises
+        ------
+        InputError
+            If the history does not have this lag.
+        """
+        if lag == 0:
+            return self
+        if lag not in self.lagged:
+            kept = ", ".join(map(str, (0, *self.lagged)))
+            raise InputError(
+                f"this history of {self.estimator} has no estimates at lag {lag!r}, expected one "
+                f"of {kept}: others are asked for with lag_samples, which the moving-horizon "
+                "estimators read"
+            )
+        told = np.isfinite(self.lagged[lag].time_s)
+        rows, earlier = self[told], self.lagged[lag].changed(lambda array: array[told])
+        P, S = earlier.covariance, rows.covariances
+        return dataclasses.replace(
+            rows,
+            time_s=earlier.time_s,
+            mean=earlier.mean,
+            std=earlier.std,
+            derived=earlier.derived,
+            derived_std=earlier.derived_std,
+            innovation=np.full_like(rows.innovation, np.nan),
+            innovation_std=np.full_like(rows.innovation_std, np.nan),
+            squared_innovations=np.full_like(rows.squared_innovations, np.nan),
+            covariances=None
+            if P is None or S is None
+            else Covariances(P, np.full_like(S.innovation, np.nan)),
+            lagged=FrozenMapping(),
+        )
 
     @property
     def covariance(self) -> Array:

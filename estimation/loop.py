@@ -58,6 +58,7 @@ class Loop:
         None for no array, generated functions by their names (`NO_FUNCTION` for none), groups of
         arrays as mappings. An array of zeros is workspace, any other a table that nobody writes
     constants : macros
+    lags : at which it tells of earlier instants too, in samples
 
     Blocks and arrays are known by their names where a form of the stage or of a number asks
     for it: ``…covariance`` holds one, ``time_s``, ``times`` and ``at_time`` hold instants.
@@ -69,6 +70,7 @@ class Loop:
     functions: Sequence[Sequence[ca.Function]]
     fields: Mapping[str, Any]
     constants: Mapping[str, float] = field(default_factory=dict)
+    lags: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -11,13 +12,18 @@ from estimation.estimate import Estimate, EstimateHistory, Window
 from estimation.innovations import innovation_std, row_sets, squared_innovations
 from estimation.inputs import with_inputs
 from estimation.kalman_stage import Update
+from estimation.lagged import LaggedEstimates, LaggedState
 from estimation.layout import Layout
 from estimation.outputs import Derived, derived_outputs
 from estimation.status import Status
 from models.arrays import Array
 from models.errors import InputError
+from models.frozen_mapping import FrozenMapping
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
+
+LAGGED = ("time", "mean", "covariance")
+"""Blocks of what is told of earlier instants."""
 
 
 class Engine(Protocol):
@@ -67,13 +73,14 @@ def check_rows(model: StateSpaceModel, time_s: Array, y: Array) -> None:
         raise InputError(f"the time of a measurement is {time_s[wrong][0]}, expected a number")
 
 
-def result_layout(model: StateSpaceModel) -> Layout:
+def result_layout(model: StateSpaceModel, lags: Sequence[int] = ()) -> Layout:
     """Return what every step says; ``cost`` and ``kkt`` are NaN where an estimator has none.
 
     ``derived`` are the outputs that are not states, `estimation.outputs`, with their deviations.
 
     ``kkt`` is how far the trajectory is from the optimality conditions, in standard
-    deviations; ``reused`` counts the stages whose factors were not made again.
+    deviations; ``reused`` counts the stages whose factors were not made again. ``lagged_…`` are
+    of the instants that many samples before, NaN where there is none.
     """
     n_x, n_r, n_derived = model.n_x, model.n_r, len(derived_outputs(model).names)
     return Layout(
@@ -92,6 +99,9 @@ def result_layout(model: StateSpaceModel) -> Layout:
             "kkt": (),
             "reused": (),
             "step_time_s": (),
+            "lagged_time": (len(lags),),
+            "lagged_mean": (len(lags), n_x),
+            "lagged_covariance": (len(lags), n_x, n_x),
         },
     )
 
@@ -99,8 +109,8 @@ def result_layout(model: StateSpaceModel) -> Layout:
 class ResultReader:
     """From a step's flat array to an `Estimate`, without copies."""
 
-    def __init__(self, model: StateSpaceModel) -> None:
-        self.layout = result_layout(model)
+    def __init__(self, model: StateSpaceModel, lags: Sequence[int] = ()) -> None:
+        self.layout, self.lags = result_layout(model, lags), tuple(lags)
         self.model, self.derived = model, derived_outputs(model)
         parts, n_x, n_r = self.layout.slices, model.n_x, model.n_r
         self._mean, self._covariance = parts["mean"], parts["covariance"]
@@ -128,6 +138,15 @@ class ResultReader:
             int(result.item(self._reused)),
             result[self._derived],
             result[self._derived_std],
+            self._lagged(result) if self.lags else (),
+        )
+
+    def _lagged(self, result: Array) -> tuple[LaggedState, ...]:
+        blocks = (self.layout.view(result, f"lagged_{name}") for name in LAGGED)
+        return tuple(
+            LaggedState(lag, float(time_s), GaussianState(mean, P))
+            for lag, time_s, mean, P in zip(self.lags, *blocks, strict=True)
+            if not np.isnan(time_s)
         )
 
     def status_of(self, result: Array) -> Status:
@@ -169,6 +188,24 @@ class ResultReader:
             covariances=Covariances(P, S) if covariances else None,
             difference=self.model.difference,
             state_units=self.model.state_units,
+            lagged=self._lagged_estimates(results, covariances),
+        )
+
+    def _lagged_estimates(
+        self, results: Array, covariances: bool
+    ) -> FrozenMapping[int, LaggedEstimates]:
+        time_s, mean, P = (self.layout.view(results, f"lagged_{name}") for name in LAGGED)
+        return FrozenMapping(
+            {
+                lag: LaggedEstimates(
+                    time_s[:, i],
+                    mean[:, i],
+                    np.sqrt(np.diagonal(P[:, i], axis1=1, axis2=2)),
+                    *self.derived.values(mean[:, i], P[:, i]),
+                    P[:, i] if covariances else None,
+                )
+                for i, lag in enumerate(self.lags)
+            }
         )
 
 
@@ -182,6 +219,8 @@ def report(
     iterations: int = 1,
     cost: float = np.nan,
     kkt: float = np.nan,
+    lagged: Sequence[LaggedState] = (),
+    lags: Sequence[int] = (),
 ) -> Array:
     """Return a step's flat array; without an update it has no innovation."""
     result = np.full(layout.size, np.nan)
@@ -200,7 +239,19 @@ def report(
     layout.view(result, "cost")[...] = cost
     layout.view(result, "kkt")[...] = kkt
     layout.view(result, "reused")[...] = 0
+    tell_lagged(layout, result, lags, lagged)
     return result
+
+
+def tell_lagged(
+    layout: Layout, result: Array, lags: Sequence[int], lagged: Sequence[LaggedState]
+) -> None:
+    """Write what is known of earlier instants into a step's flat array."""
+    for earlier in lagged:
+        i = lags.index(earlier.lag)
+        layout.view(result, "lagged_time")[i] = earlier.time_s
+        layout.view(result, "lagged_mean")[i] = earlier.state.mean
+        layout.view(result, "lagged_covariance")[i] = earlier.state.covariance
 
 
 def stepped(

@@ -9,6 +9,7 @@ import numpy as np
 
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.ipopt_options import Option, checked_options
+from mhe.lags import checked_lags
 from mhe.loss import LEAST_SQUARES
 from mhe.scheme import MAX_ITERATIONS, TOLERANCE, Scheme
 from models.arrays import Array
@@ -44,6 +45,9 @@ class WindowConfig:
     deadline_s : from the beginning of a step, s; before a pass that would end later the best
         so far is returned, a prediction where there was no time for any; None has none.
         ``mhe-ipopt`` hands it to IPOPT as its longest wall time
+    lag_samples : a number, or several, at most the horizon: each step also tells of the instant
+        that many samples before its newest, given all readings up to the newest, for
+        `estimation.history.EstimateHistory.at_lag`; each costs time, more the larger it is
 
     Raises
     ------
@@ -56,9 +60,11 @@ class WindowConfig:
     huber: Mapping[str, float] = field(default_factory=dict)
     sparse_noise: float | None = None
     deadline_s: float | None = None
+    lag_samples: int | tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         check_count("horizon", self.horizon, 1)
+        object.__setattr__(self, "lag_samples", checked_lags(self.lag_samples, self.horizon))
         if not isinstance(self.huber, Mapping):
             raise InputError(f"huber is {self.huber!r}, expected sensor → threshold")
         object.__setattr__(self, "huber", FrozenMapping(self.huber))
@@ -71,6 +77,12 @@ class WindowConfig:
                 )
         if self.deadline_s is not None and not self.deadline_s > 0:
             raise InputError(f"deadline_s is {self.deadline_s}, expected a positive time")
+
+    @property
+    def lags(self) -> tuple[int, ...]:
+        """The lags that each step tells of, in samples, ascending."""
+        assert isinstance(self.lag_samples, tuple)
+        return self.lag_samples
 
     def thresholds(self, sensors: Sequence[str]) -> Array:
         """Return the thresholds of Huber's loss per sensor, `mhe.loss.LEAST_SQUARES` for none.
@@ -130,7 +142,7 @@ class MheConfig(ConvergedConfig):
 
     Parameters
     ----------
-    horizon, arrival_cost, huber, sparse_noise, deadline_s : see `WindowConfig`
+    horizon, arrival_cost, huber, sparse_noise, deadline_s, lag_samples : see `WindowConfig`
     tolerance, max_iterations : see `ConvergedConfig`
     """
 
@@ -146,7 +158,7 @@ class MheRtiConfig(WindowConfig):
 
     Parameters
     ----------
-    horizon, arrival_cost, huber, sparse_noise, deadline_s : see `WindowConfig`
+    horizon, arrival_cost, huber, sparse_noise, deadline_s, lag_samples : see `WindowConfig`
     reuse_threshold : in standard deviations: a stage whose estimate is so near
         to where it was linearised keeps its factors when the window slides, as long as all
         older ones do, and is not smoothed again until later readings move it by half of
@@ -184,7 +196,7 @@ class MheIpoptConfig(ConvergedConfig):
 
     Parameters
     ----------
-    horizon, arrival_cost, huber, sparse_noise, deadline_s : see `WindowConfig`
+    horizon, arrival_cost, huber, sparse_noise, deadline_s, lag_samples : see `WindowConfig`
     tolerance, max_iterations : see `ConvergedConfig`
     hessian : ``gauss-newton`` or ``exact``. The exact Hessian of a window
         is often indefinite far from the optimum, and IPOPT then may leave for another one

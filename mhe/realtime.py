@@ -64,7 +64,7 @@ class WindowLoop:
             lambda: CompiledWindow(model, self.config, memory, clock),
             lambda: InterpretedWindow(model, self.config, memory, clock),
         )
-        self._reader = ResultReader(model)
+        self._reader = ResultReader(model, config.lags)
         self._batches = Batches(self.name, self._reader, memory, self._take)
         self._fallback = Fallback(model, self.config, memory, self._reader.layout)
         self._times, self._x = memory.slices["times"].start, memory.slices["x"].start
@@ -174,6 +174,11 @@ class MheRti:
         self.model, self.config = model, checked_config(self.name, config, MheRtiConfig)
         self._loop = WindowLoop(self.name, model, self.config, clock)
 
+    @property
+    def lags(self) -> tuple[int, ...]:
+        """See `mhe.config.WindowConfig`."""
+        return self.config.lags
+
     def init(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
         return self._loop.start(prior)
@@ -214,6 +219,11 @@ class Mhe:
     ) -> None:
         self.model, self.config = model, checked_config(self.name, config, MheConfig)
         self._loop = WindowLoop(self.name, model, self.config, clock)
+
+    @property
+    def lags(self) -> tuple[int, ...]:
+        """See `mhe.config.WindowConfig`."""
+        return self.config.lags
 
     def init(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""

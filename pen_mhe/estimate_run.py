@@ -10,15 +10,16 @@ import numpy as np
 
 from estimation.consistency import Consistency, consistency_of, nees, nis
 from estimation.estimate import EstimateHistory
-from estimation.estimator import run
+from estimation.estimator import LookingBack, run
 from estimation.recording import Recording
+from estimation.smoother import smoothed
 from models.errors import InputError
 from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, seen_only, state_errors
-from pen_mhe.estimators import DEFAULT_ESTIMATOR, create_estimator
+from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_filter, create_estimator
 from pen_mhe.run_result import EstimateRun
 from pen_mhe.sensor_verdict import judge
 from recordings.ink import ink_match
@@ -64,25 +65,31 @@ def estimate_recording(
     on_start: Callable[[int], Callable[[int], None]] | None = None,
     writing_area: bool = True,
     rest: bool = True,
+    smooth: bool = False,
 ) -> EstimateRun:
     """Estimate a recording and compare with whatever reference it brings.
 
     Parameters
     ----------
     estimator : one of `pen_mhe.estimators.ESTIMATORS`
-    settings : that it reads, by name; see `pen_mhe.estimators.create_estimator`
+    settings : that it reads, by name; see `pen_mhe.estimators.create_estimator`. With
+        ``lag_samples`` (the largest of them) output, ink and errors are those at that lag
     sensors : names from the pen file; None takes all that the recording has
     thinning : use fewer camera frames
     duration_s : use only the first seconds
     on_start : called with the number of steps; returns what is called as they are made
     writing_area, rest : see `models.pen.pen_model`; a recording that has readings of the pen's
         sensor of rest (zero where an IMU says that it does not move) tells it instead
+    smooth : go back over a filter's estimates, so that each knows the whole recording; output, ink
+        and errors are those
 
     Raises
     ------
     InputError
         If no chosen sensor has readings of its own, or a name or number makes no sense.
     """
+    if smooth:
+        check_filter(estimator)
     recording = loaded.recording
     chosen = tuple(sensors or default_sensors(pen, recording))
     if rest:
@@ -105,20 +112,32 @@ def estimate_recording(
     used = recorded if thinning is None else thinned(model, recorded, thinning)
     on_progress = on_start(len(used.time_s)) if on_start else None
     built = create_estimator(estimator, model, **(settings or {}))
-    history = run(built, used, on_progress=on_progress, covariances=_has_nees(model, used))
+    keeps = smooth or _has_nees(model, used)
+    history = run(built, used, on_progress=on_progress, covariances=keeps)
+    lag = max(built.lags, default=0) if isinstance(built, LookingBack) else 0
+    if lag >= len(history):
+        raise InputError(
+            f"a recording of {len(history)} instants has none that is followed by {lag}, expected "
+            "more, or a shorter lag"
+        )
+    told = smoothed(model, used, history) if smooth else history.at_lag(lag)
     fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
-    output = history.at(used.sensor(fastest)[0])
+    times = used.sensor(fastest)[0]
+    output = told.at(times[np.isin(times, told.time_s)] if lag else times)
     return EstimateRun(
         model=model,
         used=used,
         history=history,
         output=output,
-        left_out=left_out_error(model, cameras[0], history, recorded, used) if cameras else None,
-        true_rms=_true_rms(model, history, used),
+        left_out=left_out_error(model, cameras[0], told, recorded, used) if cameras else None,
+        true_rms=_true_rms(model, told, used),
         nis=_nis(model, history),
-        nees=_nees(model, history, used),
+        nees=_nees(model, told, used),
         ink=ink_match(output, loaded.ink) if loaded.ink else None,
         zero_delay=tuple(s.name for s in model.sensors if s.delay_s > 0),
+        lag_samples=lag,
+        rows_without=len(times) - len(output),
+        is_smoothed=smooth,
     )
 
 
@@ -133,6 +152,7 @@ def estimate(
     duration_s: float | None = None,
     writing_area: bool = True,
     rest: bool = True,
+    smooth: bool = False,
     **settings: Any,
 ) -> EstimateRun:
     """Estimate a recording in one call, and judge it by whatever reference it brings.
@@ -146,7 +166,7 @@ def estimate(
     estimator : one of `pen_mhe.estimators.ESTIMATORS`
     units : of a file's columns, see `recordings.read.read_written`
     thinning, duration_s : see `estimate_recording`
-    writing_area, rest : see `estimate_recording`
+    writing_area, rest, smooth : see `estimate_recording`
     settings : of the estimator, see `pen_mhe.estimators.create_estimator`
 
     Raises
@@ -173,6 +193,7 @@ def estimate(
         duration_s=duration_s,
         writing_area=writing_area,
         rest=rest,
+        smooth=smooth,
     )
 
 

@@ -36,6 +36,7 @@ class EstimatorRow:
     is_least_squares : whether it then weighs everything by least squares: on a linear model
         all such are one
     in_benchmark : whether the benchmark compares it by default
+    is_filter : whether a smoother may go back over its estimates, `estimation.smoother`
     """
 
     make: Callable[[StateSpaceModel, Any], Estimator[Any]]
@@ -43,11 +44,12 @@ class EstimatorRow:
     defaults: Mapping[str, Any] = field(default_factory=dict)
     is_least_squares: bool = True
     in_benchmark: bool = True
+    is_filter: bool = False
 
 
 ESTIMATORS: Mapping[str, EstimatorRow] = MappingProxyType(
     {
-        "ekf": EstimatorRow(make=Ekf, config=EkfConfig),
+        "ekf": EstimatorRow(make=Ekf, config=EkfConfig, is_filter=True),
         "mhe-ipopt": EstimatorRow(make=MheIpopt, config=MheIpoptConfig, in_benchmark=False),
         "mhe-rti": EstimatorRow(make=MheRti, config=MheRtiConfig),
         "mhe": EstimatorRow(make=Mhe, config=MheConfig),
@@ -72,6 +74,17 @@ def check_estimator(name: str) -> None:
     """Raise `InputError` unless an estimator has this name."""
     if name not in ESTIMATORS:
         raise unknown("estimator", name, ESTIMATORS)
+
+
+def check_filter(name: str) -> None:
+    """Raise `InputError` unless an estimator is a filter, whose estimates can be smoothed."""
+    check_estimator(name)
+    if not ESTIMATORS[name].is_filter:
+        filters = ", ".join(each for each, row in ESTIMATORS.items() if row.is_filter)
+        raise InputError(
+            f"smoothing goes back over a filter's estimates and {name} is none, expected "
+            f"{filters}; others have lag_samples"
+        )
 
 
 def configs() -> Mapping[str, type[Any]]:

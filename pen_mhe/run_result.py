@@ -39,6 +39,10 @@ class EstimateRun:
         known; None where there is nothing to judge by
     ink : the path laid over the ink, where there is a scan
     zero_delay : sensors whose readings were used at their capture in spite of a delay
+    lag_samples : how many samples before the newest that it knows a row of `output` speaks of;
+        errors and ink are at this lag too
+    is_smoothed : whether each row of `output` knows the whole recording; errors and ink too
+    rows_without : samples of the fastest sensor that no row speaks of: so long has not passed since
     """
 
     model: StateSpaceModel
@@ -51,6 +55,9 @@ class EstimateRun:
     nees: Consistency | None
     ink: InkMatch | None
     zero_delay: tuple[str, ...]
+    lag_samples: int = 0
+    is_smoothed: bool = False
+    rows_without: int = 0
 
     def __repr__(self) -> str:
         samples = f"{len(self.output)} samples, {len(self.history)} steps"
@@ -79,6 +86,14 @@ class EstimateRun:
                 f"zero delay: readings of {', '.join(self.zero_delay)} are used at the instant of "
                 "their stamp, taken as that of capture; figures do not compare with causal ones"
             )
+        if self.lag_samples:
+            said.append(
+                f"lag: each row speaks of the instant {self.lag_samples} samples before the newest "
+                f"that it knows; {self.rows_without} samples at the end, not followed by "
+                "so many, have no row"
+            )
+        if self.is_smoothed:
+            said.append("smoothed: each row knows the whole recording, what came later included")
         if self.left_out is not None:
             errors = (_in_readable_unit(unit, rms) for unit, rms in self.left_out.rms.items())
             frames = self.left_out.frames

@@ -20,6 +20,7 @@ from mhe import constraint_rows
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.config import Clock, RealTimeConfig
 from mhe.domain import limits
+from mhe.look_back import LEAST_SHARE
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.rules import ACTIVE_SET, DESCENT, most_active
 from mhe.second_start import SECOND_START, cost_limits
@@ -28,8 +29,10 @@ from models.arrays import Array
 from models.state_space import StateSpaceModel
 
 PASS_SOURCES = (
-    *("trajectory.c", "factors.c", "smoother.c", "active_set.c", "deadline.c", "one_pass.c"),
+    *("trajectory.c", "factors.c", "smoother.c", "lagged.c", "active_set.c", "deadline.c"),
+    "one_pass.c",
 )
+LAGGED_SOURCE = "lagged.c"
 DESCENT_SOURCES, WINDOW_SOURCE = ("descent.c", "second_start.c"), "window.c"
 FUNCTIONS_OF: Mapping[str, tuple[str, ...]] = {
     "CONSTRAINED": ("constrain",),
@@ -65,6 +68,7 @@ def window_loop(
         "CONSTRAINED": whole or n_c > 0,
         "LOSSES": whole or config.has_losses,
         "TIMED": whole or config.deadline_s is not None,
+        "LAGGED": whole or bool(config.lags),
     }
     left_out = {name for part, names in FUNCTIONS_OF.items() if not parts[part] for name in names}
     needed = [function for function in window if function.name() not in left_out]
@@ -72,14 +76,15 @@ def window_loop(
     carry = carry_function(model) if scheme.converges else None
     carried = [] if carry is None else [[carry]]
     descent = DESCENT_SOURCES if parts["CONVERGES"] else ()
-    sources = (*PASS_SOURCES, *descent, WINDOW_SOURCE)
+    sources = [name for name in PASS_SOURCES if parts["LAGGED"] or name != LAGGED_SOURCE]
     return Loop(
-        sources=[Path(__file__).with_name(name) for name in sources],
+        sources=[Path(__file__).with_name(name) for name in (*sources, *descent, WINDOW_SOURCE)],
         entry="window",
         memory=memory,
+        lags=config.lags,
         functions=[[transition, readings, *small], needed, *carried],
         fields={
-            "work": _work(model, n_stages, transition, readings, most, parts["CONVERGES"]),
+            "work": _work(model, n_stages, transition, readings, most, parts, len(config.lags)),
             "nnz_F": transition.nnz_out(1),
             "nnz_G": transition.nnz_out(2),
             "nnz_H": readings.nnz_out(1),
@@ -95,6 +100,8 @@ def window_loop(
             "upper": upper,
             "cost_limits": cost_limits(n_stages, model.n_r),
             "most_active": most,
+            "n_lags": len(config.lags),
+            "lags": np.array(config.lags, dtype=np.int64),
             "row_conditions": constraint_rows.needs(model),
             "arrival": list(ARRIVAL_COSTS).index(config.arrival_cost),
             "constant_covariance": stored(model.prior),
@@ -112,6 +119,7 @@ def window_loop(
             **({**DESCENT, **SECOND_START} if parts["CONVERGES"] else {}),
             **ACTIVE_SET,
             "SETTLED": SETTLED,
+            "LEAST_SHARE": LEAST_SHARE,
             **rest_constants(model),
             **{part: int(is_in) for part, is_in in parts.items()},
         },
@@ -151,12 +159,13 @@ def _work(
     transition: ca.Function,
     readings: ca.Function,
     most_held: int,
-    converges: bool,
+    parts: Mapping[str, bool],
+    n_lags: int,
 ) -> Mapping[str, Any]:
     """Return the workspace: arrays with one entry per stage or row, and single ones."""
     n_x, n_w, n_r = model.n_x, model.n_w, model.n_r
     n_c, row = constraint_rows.count(model), stride(n_x)
-    n_rows = n_stages * n_c
+    n_rows, converges = n_stages * n_c, parts["CONVERGES"]
     per_stage = {
         "at_time": 1,
         "at_x": n_x,
@@ -223,11 +232,18 @@ def _work(
         "v_first": n_r,
         "S_first": n_r * n_r,
     }
+    lagged = {
+        "x_lagged": n_lags * n_x,
+        "P_lagged": n_lags * n_x * n_x,
+        "e_lagged": n_stages * n_r * n_x if n_lags else 0,
+        "all_lagged": n_x * n_x,
+    }
     sizes = {
         **{name: n_stages * width for name, width in per_stage.items()},
         **single,
         **(constrained if n_c else dict.fromkeys(constrained, 0)),
         **(converging if converges else {}),
+        **(lagged if parts["LAGGED"] else {}),
     }
     return {
         **{name: np.zeros(size) for name, size in sizes.items()},

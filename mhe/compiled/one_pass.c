@@ -88,6 +88,34 @@ static integer renew(const Window *s, real *memory, const real *w, const real *n
     return 0;
 }
 
+#if LAGGED
+/* Smooth those older stages that a lag speaks of, behind a pass back that ended at stage `from`; the state
+ * and with it all later passes stay as they are. */
+static void smooth_told(const Window *s, const real *memory, const real *noise_scale, integer from)
+{
+    const Work *o = &s->work;
+    const integer count = (integer)memory[s->memory.count], oldest = oldest_told(s, count);
+    for (integer k = from - 1; k >= oldest; k--) {
+        if (k < from - 1) retreat(s, k, o->lambda, noise_scale, o->lambda_hat, 0);
+        smooth_stage(s, k, FREE);
+    }
+}
+
+/* Look back behind a pass back that ended at stage `from`. */
+static void look_back_from(const Window *s, const real *memory, integer from)
+{
+    const Work *o = &s->work;
+    const integer count = (integer)memory[s->memory.count], n_x = s->model.n_x;
+    look_back(s, memory);
+    for (integer i = 0; i < s->n_lags; i++) {
+        const integer at = stage_at_lag(s, count, i);
+        if (at >= 0 && at < from)
+            retract(&s->model, STAGE(memory + s->memory.x_lin, at, n_x), STAGE(o->d_s, at, n_x),
+                    STAGE(o->x_lagged, i, n_x));
+    }
+}
+#endif
+
 /* Cost of the linearised window's optimum: the whitened innovations' own, and what meeting the rows
  * of the active set adds. */
 static real linearised_cost(const Window *s, integer count, integer held)
@@ -123,6 +151,9 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     const real *deviation = memory + at->prior_deviation;
     const real squares = forward(s, memory, deviation, x_lin, w_lin, row_scale, noise_scale, 0);
     const integer from = renew(s, memory, w_lin, noise_scale, w_s);
+#if LAGGED
+    smooth_told(s, memory, noise_scale, from);
+#endif
     const integer before = from > 0 ? from - 1 : 0; /* the noise that leads to `from` is new too */
     copy(w_s, w, before * n_w);
     for (integer k = 0; k < count; k++) length += memory[at->length + k];
@@ -139,6 +170,9 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     }
     copy(w, w_s, (count - 1) * n_w);
     solved->cost = linearised_cost(s, count, held);
+#if LAGGED
+    look_back_from(s, memory, from);
+#endif
     note_pass(s, count - (integer)memory[at->stayed], began);
     solved->kkt = sqrt(length);
     if (CONSTRAINED && s->n_c > 0)

@@ -60,6 +60,9 @@ static integer converge_twice(const Window *s, real *memory, double start, Solve
     const Model *m = &s->model;
     const integer status = converge(s, memory, start, solved);
     const integer count = (integer)memory[at->count], n_r = m->n_r;
+#if LAGGED
+    look_back(s, memory); /* what is told stays the first one's unless the second is better */
+#endif
     if (!is_doubtful(s, memory, status, solved->cost)) return status;
     if (affordable(s, start) < count) return status;
     const struct { real *kept, *from; integer size; } parts[] = {
@@ -77,6 +80,9 @@ static integer converge_twice(const Window *s, real *memory, double start, Solve
     solved->passes = other.passes;
     if (is_better(s, again, other.cost, status, solved->cost)) {
         *solved = other;
+#if LAGGED
+        look_back(s, memory);
+#endif
         return again;
     }
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)

@@ -209,6 +209,9 @@ static integer attempt(const Window *s, const real *given, real *memory, real ti
     o->reused[0] = 0;
     if (!has_time) {
         status = only_predict(s, given, memory, mean, covariance);
+#if LAGGED
+        look_back_without_pass(s, memory);
+#endif
         told = o->nothing_present;
     } else {
 #if CONVERGES
@@ -229,6 +232,9 @@ static integer attempt(const Window *s, const real *given, real *memory, real ti
     result[s->result.cost] = solved.cost;
     result[s->result.kkt] = solved.kkt;
     result[s->result.reused] = o->reused[0];
+#if LAGGED
+    tell_lagged(s, memory, count, result);
+#endif
     return status;
 }
 
@@ -266,6 +272,9 @@ static void begin_anew(const Window *s, const real *given, real *memory, real ti
     report(m, &s->result, result, time, mean, P, o->v, o->S, o->nothing_present,
            STATUS_NOT_FINITE | STATUS_NO_READING);
     result[s->result.iterations] = 0;
+#if LAGGED
+    tell_lagged(s, memory, 1, result);
+#endif
 }
 
 void window_step(void *self, const real *given, real *memory, real time, const real *y,
@@ -279,6 +288,9 @@ void window_step(void *self, const real *given, real *memory, real time, const r
         copy(memory, given, at->size);
         report_late(&s->model, &s->result, result, given[at->times + before - 1],
                     given + at->newest_mean, given + at->newest_covariance);
+#if LAGGED
+        tell_lagged(s, given, 0, result);
+#endif
         result[s->result.step_time_s] = (real)(now(s) - start);
         return;
     }

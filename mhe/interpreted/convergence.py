@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from estimation.kalman_stage import Update
+from estimation.lagged import LaggedState
 from estimation.status import Status
 from mhe.config import RealTimeConfig
 from mhe.interpreted.deadline import Deadline
@@ -28,6 +29,7 @@ class Solved:
     newest : update of the newest stage; None where there was no pass
     known : of the newest state, for its covariance
     kkt : see `estimation.estimate.Estimate.kkt_residual`
+    lagged : of earlier stages, see `mhe.look_back`
     """
 
     newest: Update | None
@@ -36,6 +38,7 @@ class Solved:
     iterations: int = 0
     cost: float = np.nan
     kkt: float = np.nan
+    lagged: tuple[LaggedState, ...] = ()
 
 
 class Convergence:
@@ -98,4 +101,6 @@ class Convergence:
         assert point.found is not None
         found = point.found
         kkt = max(end.kkt, self._pass.largest_excess(window, found.row_std))
-        return Solved(found.newest, found.newest.state, end.status, end.iterations, end.cost, kkt)
+        ended = end.status, end.iterations, end.cost, kkt
+        lagged = self._pass.look_back(window, window.x, found)
+        return Solved(found.newest, found.newest.state, *ended, lagged)

@@ -9,6 +9,7 @@ import numpy as np
 
 from estimation.estimator import remarks
 from estimation.inputs import with_inputs, without_readings
+from estimation.lagged import LaggedState
 from estimation.layout import Layout
 from estimation.outputs import derived_outputs
 from estimation.rest_detector import RestDetector
@@ -20,6 +21,7 @@ from mhe.interpreted.deadline import Deadline
 from mhe.interpreted.pass_result import Pass
 from mhe.interpreted.sliding import WindowSlider
 from mhe.interpreted.window_pass import WindowPass
+from mhe.look_back import told_stages
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.window_memory import Scales, View, put
 from models.arrays import Array
@@ -43,7 +45,7 @@ class InterpretedWindow:
         memory: Layout,
         clock: Clock | None = None,
     ) -> None:
-        self.memory, self.result = memory, result_layout(model)
+        self.memory, self.result = memory, result_layout(model, config.lags)
         self._derived = derived_outputs(model)
         self._model, self._config, self._scheme = model, config, config.scheme
         self._pass, self._rest = WindowPass(model, config), RestDetector(model)
@@ -130,7 +132,7 @@ class InterpretedWindow:
         return memory, self._report(window, state, solved, status), status
 
     def _report(self, window: View, state: GaussianState, solved: Solved, status: Status) -> Array:
-        figures = solved.iterations, solved.cost, solved.kkt
+        figures = solved.iterations, solved.cost, solved.kkt, solved.lagged, self._config.lags
         time_s = float(window.times[-1])
         return report(self.result, self._derived, time_s, state, solved.newest, status, *figures)
 
@@ -144,7 +146,8 @@ class InterpretedWindow:
             inputs = self._model.step_inputs(*window.y[-2:])
             known = self._pass.stage.predict(last, dt, inputs=inputs).state
         state = replace(known, mean=window.x[-1].copy())
-        return state, Solved(None, known, Status.PREDICTED)
+        lagged = self._pass.look_back(window, window.x, None)
+        return state, Solved(None, known, Status.PREDICTED, lagged=lagged)
 
     def _staying(self, old: View, limit: float) -> int:
         """Return how many stages of the window to come keep their factors, as window.c does."""
@@ -165,16 +168,26 @@ class InterpretedWindow:
         found = self._pass.run(window, -window.prior_deviation, scales, *at, settled)
         if not (np.isfinite(found.length) and np.isfinite(cost)):
             return Solved(found.newest, found.newest.state, Status.NOT_FINITE, 1)
-        self._deadline.note_pass(len(window.times) - int(window.stayed), began)
         window.w[:] = found.w
         renewed = slice(found.oldest, None)
         for k in range(len(window.times))[renewed]:
             window.x[k] = self._pass.stage.retract(window.x_lin[k], found.d[k])
+        lagged = self._look_back_from(window, found)
+        self._deadline.note_pass(len(window.times) - int(window.stayed), began)
         if self._reuse > 0:
             for k, by in list(enumerate(_moved(found)))[renewed]:
                 window.moved[k] = self._judged(window, k, by, found.expected[k])
         kkt = max(np.sqrt(found.length), self._pass.largest_excess(window, found.row_std))
-        return Solved(found.newest, found.newest.state, found.held.status, 1, found.cost, kkt)
+        ended = found.held.status, 1, found.cost, kkt
+        return Solved(found.newest, found.newest.state, *ended, lagged)
+
+    def _look_back_from(self, window: View, found: Pass) -> tuple[LaggedState, ...]:
+        """Look back behind a pass; the window's own states are older before its `oldest`."""
+        states = window.x.copy()
+        for _, at in told_stages(self._config.lags, len(states)):
+            if at < found.oldest:
+                states[at] = self._pass.stage.retract(window.x_lin[at], found.d[at])
+        return self._pass.look_back(window, states, found)
 
     def _judged(self, window: View, k: int, by: float, expected: Array) -> float:
         """Return how far a stage is from its linearisation point, squared, as one_pass.c does."""

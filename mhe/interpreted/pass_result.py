@@ -30,8 +30,8 @@ class Smoothed:
         where the pass is not finite
     expected : (n, n_r) the optimum's residuals, in standard deviations of their noise, as the
         linearised stages have them
-    oldest : where the pass ended; stages before this one have no new deviations, and their
-        noises are the window's
+    oldest : where the pass ended; stages before this one keep what the window has of them, and
+        have new deviations only where a lag speaks of them
     """
 
     d: Array
@@ -53,6 +53,7 @@ class Pass(Smoothed):
     held : rows that hold it, and their multipliers
     row_std : (n, n_c) standard deviations of the rows
     cost : of the linearised window's optimum, ½ the sum of squares
+    forward : the factors that it went back on
     """
 
     newest: Update
@@ -60,3 +61,4 @@ class Pass(Smoothed):
     held: Held
     row_std: Array
     cost: float
+    forward: Forward

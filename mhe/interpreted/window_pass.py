@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from estimation.kalman_stage import Prediction, Update
-from estimation.square_roots import spread_root
+from estimation.lagged import LaggedState
 from estimation.status import Status
 from mhe.config import WindowConfig
 from mhe.interpreted.active_set import ActiveSet, Held
 from mhe.interpreted.pass_result import Forward, Pass, Smoothed
 from mhe.interpreted.window_trajectory import WindowTrajectory
+from mhe.look_back import Smoother, look_back, told_stages
 from mhe.rules import most_active
 from mhe.window_memory import Scales, View
 from models.arrays import Array
@@ -26,6 +27,7 @@ class WindowPass(WindowTrajectory):
     def __init__(self, model: StateSpaceModel, config: WindowConfig) -> None:
         super().__init__(model, config)
         self._capacity = most_active(config.horizon + 1, self.n_c)
+        self._lags, self._smoother = config.lags, Smoother(self.call)
 
     def run(
         self,
@@ -82,6 +84,7 @@ class WindowPass(WindowTrajectory):
             held=held,
             row_std=row_std,
             cost=squares / 2 + added,
+            forward=forward,
         )
 
     def _defect(self, prediction: Prediction, x: Array) -> Array:
@@ -153,9 +156,10 @@ class WindowPass(WindowTrajectory):
             u = forward.updates[k]
             if k < stayed:
                 shift = lam_hat - window.costate[k]
-                moves = np.sqrt(max(shift @ self._spread(u.state, shift), 0.0))
+                moves = np.sqrt(max(shift @ self._smoother.spread(u.state, shift), 0.0))
                 if moves + window.away[:k].sum() <= settled:
                     window.away[k], oldest = moves, k + 1
+                    self._smooth_told(forward, d_s, k, lam_hat)
                     break
             window.costate[k], window.away[k] = lam_hat, 0
             smoothed = self._smooth(u, lam_hat, u.deviation, u.e)
@@ -165,20 +169,33 @@ class WindowPass(WindowTrajectory):
         length = float(window.length.sum())
         return Smoothed(d_s, -lam, w_s, length, expected, oldest)
 
+    def _smooth_told(self, forward: Forward, d_s: Array, newest: int, lam_hat: Array) -> None:
+        """Smooth the stages up to `newest` that a lag speaks of, for nobody else; one_pass.c."""
+        told, lam = [at for _, at in told_stages(self._lags, len(d_s))], lam_hat
+        for k in reversed(range(min(told, default=len(d_s)), newest + 1)):
+            if k < newest:
+                ahead, scale = forward.predictions[k], forward.noises[k]
+                lam_hat, _ = self.call["retreat"](lam, ahead.F, ahead.G, scale)
+            u = forward.updates[k]
+            d_s[k], lam, _, _ = self._smooth(u, lam_hat, u.deviation, u.e)
+
+    def look_back(self, window: View, states: Array, found: Pass | None) -> tuple[LaggedState, ...]:
+        """Return what a window with these states (n, n_x) says at its lags; None had no pass."""
+        covariances: dict[int, Array] = {}
+        if found is not None and self._lags:
+            forward = found.forward
+            factors = forward.updates, forward.predictions
+            covariances = self._smoother.covariances(self._lags, *factors)
+        return look_back(self._lags, window.times, states, covariances)
+
     def _smooth(
         self, u: Update, lam_hat: Array, deviation: Array, e: Array
     ) -> tuple[Array, Array, float, Array]:
         """Return a stage's smoothed deviation, λ in front of it, length, expected residuals."""
-        spread = self._spread(u.state, lam_hat)
+        spread = self._smoother.spread(u.state, lam_hat)
         smoothed = self.call["smooth"](deviation, spread, lam_hat, u.W, e, u.L, u.H)
         d_s, lam, part, expected = smoothed
         return d_s, lam, float(part[0]), expected
-
-    def _spread(self, gaussian: GaussianState, v: Array) -> Array:
-        """Return P v (n_x,)."""
-        if gaussian.root is not None:
-            return spread_root(gaussian.root, v)
-        return self.call["spread"](gaussian.covariance, v)[0]
 
     def _pushed(self, forward: Forward, impulses: Array) -> tuple[Array, Array]:
         """Return what impulses change in δ⁺ (n, n_x), before their own stage's, and in e."""
@@ -188,7 +205,7 @@ class WindowPass(WindowTrajectory):
             return d_shift, e_shift
         for k in range(1, len(impulses)):
             before, here = forward.updates[k - 1], forward.updates[k]
-            shift = d_shift[k - 1] - self._spread(before.state, impulses[k - 1])
+            shift = d_shift[k - 1] - self._smoother.spread(before.state, impulses[k - 1])
             F = forward.predictions[k - 1].F
             e_shift[k], d_shift[k] = self.call["propagate"](shift, F, here.W, here.L, here.H)
         return d_shift, e_shift
@@ -228,6 +245,6 @@ class WindowPass(WindowTrajectory):
                 lam_hat, _ = self.call["retreat"](lam, ahead.F, ahead.G, scale)
             lam_hat = lam_hat + impulses[k]
             u = forward.updates[k]
-            response[k] = C[k].T @ (self._spread(u.state, lam_hat) - d_shift[k])
+            response[k] = C[k].T @ (self._smoother.spread(u.state, lam_hat) - d_shift[k])
             [lam] = self.call["absorb"](lam_hat, u.W, e_shift[k], u.L, u.H)
         return response.ravel()

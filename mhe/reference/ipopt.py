@@ -13,9 +13,11 @@ import numpy as np
 
 from estimation.estimate import Estimate, Window
 from estimation.estimator import first_state, late_estimate, remarks
+from estimation.function_call import FunctionCall
 from estimation.inputs import all_with_inputs, with_inputs, without_readings
 from estimation.intervals import check_step
-from estimation.kalman_stage import KalmanStage, Update, rows_present
+from estimation.kalman_stage import KalmanStage, Prediction, Update, rows_present
+from estimation.lagged import LaggedState
 from estimation.recording import Measurement
 from estimation.rest_detector import RestDetector
 from estimation.result import check_rows
@@ -25,9 +27,10 @@ from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse
 from mhe.config import MheIpoptConfig
 from mhe.constraint_rows import constrain_function, demanded, inequality_demanded
 from mhe.domain import inside
+from mhe.look_back import Smoother, look_back
 from mhe.reference.window import WindowProblem
 from mhe.second_start import cost_limits, is_better, started_beside
-from mhe.stage_functions import carry_function
+from mhe.stage_functions import carry_function, pass_functions
 from mhe.trajectory import Trajectory, WindowSolution
 from mhe.weights import Weights
 from models.arrays import Array
@@ -104,11 +107,17 @@ class MheIpopt:
         self.model = model
         self.config = checked_config(self.name, config, MheIpoptConfig)
         self._stage, self._weights = KalmanStage(model), Weights(model, self.config)
-        self._rest = RestDetector(model)
+        self._rest, functions = RestDetector(model), pass_functions(model, *self._stage.functions)
+        self._smoother = Smoother({f.name(): FunctionCall(f) for f in functions})
         self._carry, self._rows = carry_function(model), constrain_function(model)
         self._cost_limits = cost_limits(self.config.horizon + 1, model.n_r)
         self._problem = WindowProblem.build(model, self.config)
         self._solver = ca.nlpsol("mhe", "ipopt", self._problem.nlp, self._solver_options())
+
+    @property
+    def lags(self) -> tuple[int, ...]:
+        """See `mhe.config.WindowConfig`."""
+        return self.config.lags
 
     def init(self, prior: Prior | None = None) -> MheState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
@@ -166,6 +175,7 @@ class MheIpopt:
             return None
         window, trajectory, status, iterations = self._solve_twice(window, guess)
         newest, newest_state = self._covariance_pass(window, trajectory)
+        lagged = self._look_back(window, trajectory)
         if not np.isfinite(newest_state.covariance).all():
             status |= Status.NOT_FINITE
         status |= remarks(self.model, newest_state, measurement.y, newest.present)
@@ -179,8 +189,18 @@ class MheIpopt:
             newest.innovation_covariance,
             iterations,
             Window(times, trajectory.states),
+            lagged=lagged,
         )
         return window, estimate
+
+    def _look_back(self, window: MheState, trajectory: Trajectory) -> tuple[LaggedState, ...]:
+        lags = self.config.lags
+        if not lags:
+            return ()
+        updates, predictions = self._forward(window, trajectory)
+        covariances = self._smoother.covariances(lags, updates, predictions)
+        times = [m.time_s for m in window.measurements]
+        return look_back(lags, times, trajectory.states, covariances)
 
     def _slide(self, state: MheState, measurement: Measurement) -> tuple[MheState, Trajectory]:
         """Append a stage, drop the oldest where the window is full, shift the solution."""
@@ -315,7 +335,22 @@ class MheIpopt:
     def _covariance_pass(
         self, window: MheState, trajectory: Trajectory
     ) -> tuple[Update, GaussianState]:
+        """Return the newest update and state of `_forward`."""
+        updates, predictions = self._forward(window, trajectory)
+        update, gaussian = updates[-1], updates[-1].state
+        if self.config.has_losses:  # told is the innovation itself, not its weighed share
+            x, y = trajectory.states[-1], window.measurements[-1].y
+            first = self._carried(window.prior, x)[0]
+            told = self._stage.update(predictions[-1].state if predictions else first, y, x_lin=x)
+            v, S = told.innovation, told.innovation_covariance
+            update = replace(update, innovation=v, innovation_covariance=S)
+        return update, GaussianState(trajectory.states[-1], gaussian.covariance)
+
+    def _forward(
+        self, window: MheState, trajectory: Trajectory
+    ) -> tuple[list[Update], list[Prediction]]:
         """Run the Kalman stage over the window, linearised at the trajectory."""
+        updates, predictions = list[Update](), list[Prediction]()
         gaussian, away = self._carried(window.prior, trajectory.states[0])
         times = [m.time_s for m in window.measurements]
         for k, measurement in enumerate(window.measurements):
@@ -324,16 +359,14 @@ class MheIpopt:
                 scale, _ = self._weights.noises(w)
                 dt = times[k] - times[k - 1]
                 inputs = self.model.step_inputs(window.measurements[k - 1].y, measurement.y)
-                gaussian = self._stage.predict(gaussian, dt, x, w, scale, inputs=inputs).state
-            x, predicted = trajectory.states[k], gaussian
+                predictions.append(self._stage.predict(gaussian, dt, x, w, scale, inputs=inputs))
+                gaussian = predictions[-1].state
+            x = trajectory.states[k]
             rows, _ = self._weights.readings(x, measurement.y)
-            update = self._stage.update(predicted, measurement.y, rows, x, None if k else away)
-            gaussian = update.state
-        if self.config.has_losses:  # told is the innovation itself, not its weighed share
-            told = self._stage.update(predicted, measurement.y, x_lin=x)
-            v, S = told.innovation, told.innovation_covariance
-            update = replace(update, innovation=v, innovation_covariance=S)
-        return update, GaussianState(trajectory.states[-1], gaussian.covariance)
+            y = measurement.y
+            updates.append(self._stage.update(gaussian, y, rows, x, None if k else away))
+            gaussian = updates[-1].state
+        return updates, predictions
 
     def _carried(self, prior: GaussianState, x: Array) -> tuple[GaussianState, Array]:
         """Return a prior along the tangent space at x, and its mean's deviation from x."""

@@ -16,6 +16,7 @@ from estimation.recording import Measurement
 from estimation.status import Status
 from mhe import constraint_rows
 from mhe.config import RealTimeConfig
+from mhe.look_back import told_stages
 from mhe.sparse_qp.sequential_qp import SequentialQp
 from mhe.trajectory import Trajectory
 from mhe.window_memory import View
@@ -68,6 +69,8 @@ class Fallback:
         view(result, "cost")[...] = found.solution.cost
         view(result, "kkt")[...] = found.length
         view(result, "iterations")[...] += found.solution.iterations
+        for i, (_, at) in enumerate(told_stages(self._config.lags, len(window.times))):
+            view(result, "lagged_mean")[i] = window.x[at]
         view(result, "step_time_s")[...] += time.perf_counter() - start
         return memory, result
 

@@ -30,7 +30,7 @@ from tests.mhe import pendulum
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 MODEL, MEASUREMENTS = pendulum.model(), pendulum.simulate(15, 1)
-WINDOW = ("horizon", "arrival_cost", "huber", "sparse_noise", "deadline_s")
+WINDOW = ("horizon", "arrival_cost", "huber", "sparse_noise", "deadline_s", "lag_samples")
 READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "ekf": ("gate_probability",),
@@ -48,6 +48,7 @@ OTHER: Mapping[str, Any] = MappingProxyType(
         "huber": {"level": 0.5},
         "sparse_noise": 0.2,
         "deadline_s": 1e-9,
+        "lag_samples": 2,
         "tolerance": 1.0,
         "max_iterations": 1,
         "hessian": "exact",
@@ -64,7 +65,8 @@ def outcome(estimator: str, **settings: Any) -> list[np.ndarray]:
     built = create_estimator(estimator, MODEL, **{**settings_read(estimator, BASE), **settings})
     history = run_measurements(built, MEASUREMENTS, covariances=True)
     statuses = np.array([status.value for status in history.status])
-    return [history.mean, history.covariance, history.iterations, statuses]
+    lags = np.array(list(history.lagged))
+    return [history.mean, history.covariance, history.iterations, statuses, lags]
 
 
 def is_same(one: list[np.ndarray], other: list[np.ndarray]) -> bool:
@@ -102,13 +104,14 @@ SENTENCES: Mapping[str, tuple[str, dict[str, Any], str]] = MappingProxyType(
             "mhe",
             {"reuse_threshold": 0.0},
             "setting reuse_threshold is not read by mhe, expected one of horizon, arrival_cost, "
-            "huber, sparse_noise, deadline_s, tolerance, max_iterations; mhe-rti reads it",
+            "huber, sparse_noise, deadline_s, lag_samples, tolerance, max_iterations; "
+            "mhe-rti reads it",
         ),
         "misspelt": (
             "mhe-rti",
             {"horizn": 7},
             "setting horizn is not read by mhe-rti, expected one of horizon, arrival_cost, huber, "
-            "sparse_noise, deadline_s, reuse_threshold; did you mean horizon?",
+            "sparse_noise, deadline_s, lag_samples, reuse_threshold; did you mean horizon?",
         ),
         "several": (
             "ekf",
