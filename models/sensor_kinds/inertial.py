@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from pydantic import Field, PositiveFloat, field_validator, model_validator
 
-from models.sensor_kinds.mounted import MountedSensor
+from models.sensor_kinds.mounted import IDENTITY, Matrix3, MountedSensor, Vector3
 from models.sensor_kinds.reading import BiasStates, SymbolicReading
 from models.sensor_model import quantiser_variance
 
@@ -29,15 +29,31 @@ def sample_noise_std(density: float, bandwidth_hz: float) -> float:
 class InertialSensor(MountedSensor):
     """Noise and bias of one axis, in the unit that the concrete sensor names.
 
+    ``y = sensitivity · v + bias + noise`` of a vector v along the sensor's nominal axes.
+
     Its fields end in `si_unit`: ``noise_density_…``, ``range_…``, ``resolution_…``,
-    ``bias_std_…`` and ``bias_walk_…``. The noise of a sample is white, with the density
-    behind a single pole of `bandwidth_hz`. A bias that starts with standard deviation
-    `bias_std` > 0 becomes a state (a random walk of density `bias_walk`).
+    ``bias_…``, ``bias_std_…`` and ``bias_walk_…``. The noise of a sample is white, with the
+    density behind a single pole of `bandwidth_hz`. `bias` is what is known of the bias, per axis
+    x, y, z. One that is known to a standard deviation `bias_std` > 0 only becomes a state (a
+    random walk of density `bias_walk`) that begins there.
+
+    Parameters
+    ----------
+    sensitivity : (3, 3) by rows: scales on its diagonal, misalignment beside it; as
+        ``pen-mhe calibrate still`` finds it, or the identity
     """
 
     si_unit: ClassVar[str]
     axes: tuple[Axis, ...] = Field(default=("x", "y", "z"), min_length=1)
     bandwidth_hz: PositiveFloat
+    sensitivity: Matrix3 = IDENTITY
+
+    @field_validator("sensitivity")
+    @classmethod
+    def _near_one(cls, value: Matrix3) -> Matrix3:
+        if np.abs(np.array(value) - np.eye(3)).sum(axis=1).max() >= 1:
+            raise ValueError("expected a matrix near the identity: scales near 1, the rest small")
+        return value
 
     @field_validator("axes")
     @classmethod
@@ -71,6 +87,11 @@ class InertialSensor(MountedSensor):
         return getattr(self, self._field(stem))
 
     @property
+    def bias(self) -> Vector3:
+        """What is known of the bias, per axis x, y, z."""
+        return getattr(self, f"bias_{self.si_unit}")
+
+    @property
     def reading_axes(self) -> tuple[tuple[str, str], ...]:
         """The axes, in the unit of the concrete sensor."""
         return tuple((axis, self.si_unit) for axis in self.axes)
@@ -81,15 +102,25 @@ class InertialSensor(MountedSensor):
         if std == 0:
             return BiasStates()
         names = tuple(f"{name}_bias_{axis}_{self.si_unit}" for axis in self.axes)
-        return BiasStates(names, self.si_unit, std, self._value("bias_walk_"))
+        mean = tuple(self.bias[_ROW[axis]] for axis in self.axes)
+        return BiasStates(names, self.si_unit, mean, std, self._value("bias_walk_"))
 
     def in_sensor_axes(self, body_vector: ca.SX, bias: ca.SX) -> SymbolicReading:
-        """Return the reading of a vector (3,) in body axes along the sensor's axes."""
+        """Return the reading of a vector (3,) in body axes along the sensor's axes.
+
+        Parameters
+        ----------
+        bias : its bias states; empty where what is known of the bias is taken as exact
+        """
         rows = [_ROW[axis] for axis in self.axes]
-        in_sensor_axes = ca.DM(self.sensor_to_body).T @ body_vector
-        h = in_sensor_axes[rows]
+        h = ca.DM(self.sensor_to_body).T @ body_vector
+        if self.sensitivity != IDENTITY:
+            h = ca.DM(self.sensitivity) @ h
+        h = h[rows]
         if bias.numel():
             h = h + bias
+        elif any(self.bias):
+            h = h + ca.DM(self.bias)[rows]
         sample_std = sample_noise_std(self._value("noise_density_"), self.bandwidth_hz)
         resolution = self._value("resolution_")
         variance = sample_std**2 + quantiser_variance(resolution)
