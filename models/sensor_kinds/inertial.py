@@ -65,7 +65,7 @@ class InertialSensor(MountedSensor):
     @model_validator(mode="after")
     def _walk_has_a_start(self) -> Self:
         """Refuse a walk that nothing would walk: a bias of std 0 is no state."""
-        std, walk = self._field("bias_std_"), self._field("bias_walk_")
+        std, walk = self.field_beginning("bias_std_"), self.field_beginning("bias_walk_")
         if getattr(self, walk) > 0 and getattr(self, std) == 0:
             raise ValueError(f"{walk} is given without {std}, expected a positive {std}")
         return self
@@ -73,23 +73,39 @@ class InertialSensor(MountedSensor):
     @model_validator(mode="after")
     def _range_has_steps(self) -> Self:
         """Refuse a quantiser of which every code is a limit of the range."""
-        limit, step = self._field("range_"), self._field("resolution_")
+        limit, step = self.field_beginning("range_"), self.field_beginning("resolution_")
         if getattr(self, limit) is not None and getattr(self, step) >= getattr(self, limit):
             raise ValueError(f"{step} is not below {limit}, expected a step within the range")
         return self
 
     @classmethod
-    def _field(cls, stem: str) -> str:
+    def field_beginning(cls, stem: str) -> str:
         """Return the concrete sensor's field that begins with a stem, whatever its unit."""
         return next(field for field in cls.model_fields if field.startswith(stem))
 
     def _value(self, stem: str) -> Any:
-        return getattr(self, self._field(stem))
+        return getattr(self, self.field_beginning(stem))
 
     @property
     def bias(self) -> Vector3:
         """What is known of the bias, per axis x, y, z."""
         return getattr(self, f"bias_{self.si_unit}")
+
+    @property
+    def reading_limit(self) -> float | None:
+        """Where its range ends; None where it has none."""
+        return self._value("range_")
+
+    @property
+    def resolution(self) -> float:
+        """Step between readings; 0 for one that is fine."""
+        return self._value("resolution_")
+
+    @property
+    def sample_std(self) -> float:
+        """Standard deviation of a sample by noise and resolution."""
+        drawn = sample_noise_std(self._value("noise_density_"), self.bandwidth_hz)
+        return math.sqrt(drawn**2 + quantiser_variance(self.resolution))
 
     @property
     def reading_axes(self) -> tuple[tuple[str, str], ...]:
@@ -121,10 +137,9 @@ class InertialSensor(MountedSensor):
             h = h + bias
         elif any(self.bias):
             h = h + ca.DM(self.bias)[rows]
-        sample_std = sample_noise_std(self._value("noise_density_"), self.bandwidth_hz)
-        resolution = self._value("resolution_")
-        variance = sample_std**2 + quantiser_variance(resolution)
-        noise_std = np.full(len(rows), np.sqrt(variance))
         return SymbolicReading(
-            h, noise_std, reading_limit=self._value("range_"), resolution=resolution
+            h,
+            np.full(len(rows), self.sample_std),
+            reading_limit=self.reading_limit,
+            resolution=self.resolution,
         )
