@@ -103,14 +103,15 @@ def find_stills(recordings: Sequence[Recording], sensors: Mapping[str, InertialS
     InputError
         If a recording has none; the message says how loud it is, or what it does.
     """
-    candidates = [still for each in recordings for still in _quiet_stretches(each, sensors)]
+    of_each = [_quiet_stretches(recording, sensors) for recording in recordings]
+    candidates = [still for stretches in of_each for still in stretches]
     creeping = tuple(still for still in candidates if _creeps(still, sensors))
     rest = [still for still in candidates if still not in creeping]
     turning = tuple(still for still in rest if _turns(still, rest, sensors))
     kept = tuple(still for still in rest if still not in turning)
-    for recording in recordings:
-        if not any(still.recording == recording.name for still in kept):
-            moves = next(still for still in candidates if still.recording == recording.name)
+    for recording, stretches in zip(recordings, of_each, strict=True):
+        if not any(still in kept for still in stretches):
+            moves = stretches[0]
             how = "force creeps" if moves in creeping else "rate is no bias, or not that of others"
             raise InputError(
                 f"recording {recording.name} moves slowly from {moves.start_s:.4g} s to "
