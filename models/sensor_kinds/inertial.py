@@ -92,6 +92,11 @@ class InertialSensor(MountedSensor):
         return getattr(self, f"bias_{self.si_unit}")
 
     @property
+    def bias_walk(self) -> float:
+        """Density of the bias' random walk, per √s."""
+        return self._value("bias_walk_")
+
+    @property
     def reading_limit(self) -> float | None:
         """Where its range ends; None where it has none."""
         return self._value("range_")
@@ -119,7 +124,7 @@ class InertialSensor(MountedSensor):
             return BiasStates()
         names = tuple(f"{name}_bias_{axis}_{self.si_unit}" for axis in self.axes)
         mean = tuple(self.bias[_ROW[axis]] for axis in self.axes)
-        return BiasStates(names, self.si_unit, mean, std, self._value("bias_walk_"))
+        return BiasStates(names, self.si_unit, mean, std, self.bias_walk)
 
     def in_sensor_axes(self, body_vector: ca.SX, bias: ca.SX) -> SymbolicReading:
         """Return the reading of a vector (3,) in body axes along the sensor's axes.

@@ -101,22 +101,20 @@ def find_stills(recordings: Sequence[Recording], sensors: Mapping[str, InertialS
     Raises
     ------
     InputError
-        If a recording has none; the message says how loud it is, or what it does.
+        If a recording is never quiet, or whatever is quiet moves slowly.
     """
-    of_each = [_quiet_stretches(recording, sensors) for recording in recordings]
-    candidates = [still for stretches in of_each for still in stretches]
+    candidates = [still for each in recordings for still in _quiet_stretches(each, sensors)]
     creeping = tuple(still for still in candidates if _creeps(still, sensors))
     rest = [still for still in candidates if still not in creeping]
     turning = tuple(still for still in rest if _turns(still, rest, sensors))
     kept = tuple(still for still in rest if still not in turning)
-    for recording, stretches in zip(recordings, of_each, strict=True):
-        if not any(still in kept for still in stretches):
-            moves = stretches[0]
-            how = "force creeps" if moves in creeping else "rate is no bias, or not that of others"
-            raise InputError(
-                f"recording {recording.name} moves slowly from {moves.start_s:.4g} s to "
-                f"{moves.stop_s:.4g} s, its mean {how}; expected a stretch that is still"
-            )
+    if not kept:
+        moves = candidates[0]
+        how = "force creeps" if moves in creeping else "rate is no bias, or not that of others"
+        raise InputError(
+            f"recording {moves.recording} moves slowly from {moves.start_s:.4g} s to "
+            f"{moves.stop_s:.4g} s, its mean {how}; expected a stretch that is still"
+        )
     return Stills(kept, creeping, turning)
 
 
@@ -204,12 +202,13 @@ def _stretch(
 
 
 def _creeps(still: Still, sensors: Mapping[str, InertialSensor]) -> bool:
-    """Whether a force that is felt changes from half to half by more than noise."""
-    for name in (name for name, sensor in sensors.items() if sensor.feels_gravity):
+    """Whether a force that is felt changes from half to half by more than noise and walk."""
+    for name, sensor in ((n, sensor) for n, sensor in sensors.items() if sensor.feels_gravity):
         values = still.readings[name]
         halves = np.array_split(values, 2)
         change = np.abs(halves[1].mean(axis=0) - halves[0].mean(axis=0))
-        error = 2 * values.std(axis=0, ddof=1) / np.sqrt(len(values))
+        walked = sensor.bias_walk**2 * still.duration_s / 3  # between means of halves
+        error = np.sqrt(4 * values.var(axis=0, ddof=1) / len(values) + walked)
         if ((change > HALVES * error) & (change > CREEP_M_S3 * still.duration_s / 2)).any():
             return True
     return False
