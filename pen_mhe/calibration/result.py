@@ -115,12 +115,16 @@ class StillCalibration:
             raise InputError("this pen was given as data, expected a pen file to write anew")
         if not self.values:
             raise InputError(f"{self.find}: nothing was found, expected --find bias or more")
+        # An older note keeps what is not found anew.
+        anew = tuple(f"#   {n.sensor} {n.quantity}: " for n in self.numbers)
+        kept = [line for line in self.text.lines if not line.startswith(anew)]
+        text = PenText("\n".join(kept), self.text.where)
         note = [f"still poses set these numbers (pen-mhe {version()}):", f"  {self.command}"]
         note += [
             f"  {n.sensor} {n.quantity}: {n.value:.6g} ± {n.std:.2g} {n.unit}".rstrip()
             for n in self.numbers
         ]
-        return self.text.replaced(self.values, self.pen, note)
+        return text.replaced(self.values, self.pen, note)
 
     def write(self, path: str | Path) -> None:
         """Write the text of `to_toml`.

@@ -12,7 +12,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.pen_file import parse_pen
 
-S = np.array([[1.02, 0.003, -0.01], [0.003, 0.97, 0.005], [-0.01, 0.005, 1.01]])
+S = np.array([[1.02, 0.003, -0.01], [0.004, 0.97, 0.005], [-0.02, 0.006, 1.01]])
 BIAS = [0.3, -0.2, 0.1]
 SENSORS = ["accel", "gyro", "camera"]
 

@@ -183,6 +183,7 @@ def test_the_file_that_it_writes_is_the_pen_that_it_found(tmp_path: Path) -> Non
     again = calibrate_still(truth.recording, tmp_path / "new.toml")
     assert [n.value for n in again.numbers] == pytest.approx([n.value for n in found.numbers])
     assert written(again, tmp_path).sensors["accel"] == accel
+    assert (tmp_path / "new.toml").read_text("utf-8").count("accel bias x: ") == 1
 
 
 def test_a_pen_as_data_has_no_file_to_write() -> None:
