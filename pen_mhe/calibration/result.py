@@ -23,6 +23,8 @@ from pen_mhe.tuning.pen_text import PenText, write_whole
 if TYPE_CHECKING:
     import pandas as pd
 
+NEEDED = f"they need pip install 'pen-mhe[{EXTRA}]'"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StillCalibration:
@@ -87,12 +89,12 @@ class StillCalibration:
                 for still in left_out
             ]
         said += [sentence for each in self.sensors.values() for sentence in each.sentences()]
-        if not self.has_noise:
-            said.append(
-                f"noise levels are left as they are: they need pip install 'pen-mhe[{EXTRA}]'"
-            )
-        else:
+        if self.find != "noise":
+            said.append("a bias is that of these recordings: another start or temperature moves it")
+        if self.has_noise:
             said.append("noise is that at rest: a hand on paper adds to it, see pen-mhe tune")
+        else:
+            said.append(f"noise levels are left as they are: {NEEDED}")
         return said
 
     def _poses(self) -> str:
@@ -114,7 +116,8 @@ class StillCalibration:
         if self.text is None:
             raise InputError("this pen was given as data, expected a pen file to write anew")
         if not self.values:
-            raise InputError(f"{self.find}: nothing was found, expected --find bias or more")
+            reason = "it is below the resolution" if self.has_noise else NEEDED
+            raise InputError(f"{self.find}: nothing was found, {reason}; expected --find bias")
         # An older note keeps what is not found anew.
         anew = tuple(f"#   {n.sensor} {n.quantity}: " for n in self.numbers)
         kept = [line for line in self.text.lines if not line.startswith(anew)]

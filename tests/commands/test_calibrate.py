@@ -12,6 +12,7 @@ from typer.testing import CliRunner, Result
 import pen_mhe as pm
 from commands.cli import app
 from models.bundled import bundled_pens
+from pen_mhe.calibration import still
 from recordings.formats.tables import recording_to_table, write_table
 from tests.pen_mhe.calibration.poses import TWENTY, Array, board
 
@@ -84,6 +85,18 @@ def test_it_refuses_in_one_sentence(
     assert expected in result.stderr
     assert result.stderr.count("\n") == 1
     assert not output.exists()
+
+
+def test_without_the_library_noise_alone_is_refused(
+    written: Written, pen: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(still, "has_library", lambda: False)
+    words = ("still", written("a.csv", TWENTY), "--pen", pen, "--output", tmp_path / "new.toml")
+    said = "they need pip install 'pen-mhe[calibrate]'"
+    assert f"noise levels are left as they are: {said}" in run(*words).stdout
+    result = run(*words, "--find", "noise")
+    assert result.exit_code == 2
+    assert f"noise: nothing was found, {said}; expected --find bias" in result.stderr
 
 
 def test_a_hand_that_writes_is_refused(pen: Path, tmp_path: Path) -> None:
