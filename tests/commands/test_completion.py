@@ -48,6 +48,8 @@ MOTIONS = ["turn", "still", "upright", "loops", "yong", "handwriting", "model"]
         ("simulate --sensors accel_u", ["accel_upper"]),
         ("observe --pen nowhere --sensors ", []),
         ("simulate --motion ", MOTIONS),
+        ("calibrate still --pen ", ["dpoint", "reference"]),
+        ("calibrate ", ["still"]),
         ("benchmark pen s", ["speed"]),
         ("estim", ["estimate"]),
     ],
