@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from commands import codegen, simulate, study_commands
+from commands import calibrate, codegen, simulate, study_commands
 from commands.group import App, Commands
 from commands.help_page import Command
 from commands.sentences import one_line_warning
@@ -54,6 +54,7 @@ app.command(cls=Command)(simulate.simulate)
 for name, command in study_commands.COMMANDS.items():
     app.command(name, cls=Command)(command)
 app.command(cls=Command)(codegen.codegen)
+app.add_typer(calibrate.app, name="calibrate")
 
 
 if __name__ == "__main__":

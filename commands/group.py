@@ -39,10 +39,25 @@ class App(typer.Typer):
             sys.exit(ExitCode.INTERRUPTED)
 
 
-class Commands(TyperGroup):
-    """Ends with an `ExitCode`, and with one sentence unless it is done."""
+class Siblings(TyperGroup):
+    """Commands that belong together, as ``pen-mhe calibrate still``."""
 
     context_class = PageContext
+
+    def get_short_help_str(self, limit: int = 0) -> str:
+        """Return what the commands do, whole: `HelpPage` has lines enough."""
+        return super().get_short_help_str(sys.maxsize)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command that was named, or say which one was meant."""
+        typed, known = args[0], self.list_commands(ctx)
+        if not (ctx.resilient_parsing or typed in known or typed.startswith("-")):
+            raise unknown("command", typed, known)
+        return super().resolve_command(ctx, args)
+
+
+class Commands(Siblings):
+    """Ends with an `ExitCode`, and with one sentence unless it is done."""
 
     def main(
         self,
@@ -90,13 +105,6 @@ class Commands(TyperGroup):
         if cmd_name not in LATER:
             return super().get_command(ctx, cmd_name)
         return while_completing(cmd_name, ctx.args) if ctx.resilient_parsing else load(cmd_name)
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command that was named, or say which one was meant."""
-        typed, known = args[0], self.list_commands(ctx)
-        if not (ctx.resilient_parsing or typed in known or typed.startswith("-")):
-            raise unknown("command", typed, known)
-        return super().resolve_command(ctx, args)
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Write the exit codes below the commands."""

@@ -59,6 +59,12 @@ def _compared() -> Iterable[str]:
     return ESTIMATORS
 
 
+def _finds() -> Iterable[str]:
+    from pen_mhe.calibration.gravity import COUNTS
+
+    return COUNTS
+
+
 def _stamps() -> Iterable[str]:
     from recordings.simulate_pen import Stamps
 
@@ -75,6 +81,7 @@ LISTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
         "default_export": _default_export,
         "suites": lambda: MODULES,
         "stamps": _stamps,
+        "finds": _finds,
         "consistency_cases": _consistency_cases,
         "bad_starts": _bad_starts,
         "compared": _compared,

@@ -17,10 +17,9 @@ from benchmark.runner.interrupts import not_swallowed
 from commands.option_groups import fields_group, grouped
 from commands.options import names
 from commands.options import units as read_units
+from commands.pen_output import prepare_pen_output
 from commands.recording_options import RecordingOptions
 from commands.sentences import one_sentence
-from models.bundled import bundled_pens
-from models.errors import InputError
 from pen_mhe.tuning.objectives import OBJECTIVES
 from pen_mhe.tuning.parts import PARTS
 from pen_mhe.tuning.result import Tuning
@@ -31,7 +30,6 @@ ObjectiveName = StrEnum("ObjectiveName", {name: name for name in OBJECTIVES})  #
 PartName = StrEnum("PartName", {name: name for name in PARTS})  # type: ignore[misc]
 OBJECTIVE, FIT = ObjectiveName(DEFAULT_OBJECTIVE), PartName(DEFAULT_FIT)
 SCORE = PartName(DEFAULT_SCORE)
-SUFFIX = ".toml"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,11 +60,8 @@ def tune(
     stays while it presses, or by elevation in gaps of the camera; ink and
     truth take no part. Writes the pen file anew, with what set which number.
     """
-    from recordings.formats.tables import prepare_output
-
     with one_sentence():
-        _check_apart(tuned)
-        prepare_output(tuned.output, (SUFFIX,))
+        prepare_pen_output(tuned.output, tuned.pen)
         with _working(objective.value) as on_progress, not_swallowed():
             found = tune_pen(
                 tuned.recording,
@@ -82,16 +77,6 @@ def tune(
             )
         found.write(tuned.output)
         _report(found, tuned.output)
-
-
-def _check_apart(tuned: Tuned) -> None:
-    """Raise `InputError` where the pen file itself would be written over."""
-    pens = (Path(tuned.pen), *bundled_pens().values())
-    if tuned.output.resolve() in {pen.resolve() for pen in pens}:
-        raise InputError(
-            f"output {tuned.output} is the pen file that is read, or a bundled one, expected "
-            "another file: compare them, then put it in place"
-        )
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from estimation.collect import Batches
 from estimation.engine import CompiledEngine, Loop
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import first_state
+from estimation.intervals import check_step
 from estimation.layout import Layout
 from estimation.linearisation import loop_functions
 from estimation.recording import Measurement
@@ -110,6 +111,7 @@ class Ekf:
 
     def step(self, state: EkfState, measurement: Measurement) -> tuple[EkfState, Estimate]:
         """Predict to the measurement's time and update."""
+        check_step(self.model, state.time_s, measurement.time_s)
         memory, result = self._engine.step(packed_state(state), measurement.time_s, measurement.y)
         return self._unpack(memory), self._reader.estimate(result)
 

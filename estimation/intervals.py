@@ -24,3 +24,20 @@ def check_intervals(recording: str, time_s: Array, model: StateSpaceModel) -> No
         f"{row + 1}, but model {model.name} holds for steps of {model.interval_s:g} s, expected a "
         "whole number of them (or matrices of continuous time, without dt_s)"
     )
+
+
+def check_step(model: StateSpaceModel, before: float | None, time_s: float) -> None:
+    """Raise `InputError` unless a live step is a whole number of a model's intervals long.
+
+    Parameters
+    ----------
+    before : time of the last measurement; None before the first. An older one than that is late
+    """
+    if model.interval_s is None or before is None or not time_s > before:
+        return
+    steps = (time_s - before) / model.interval_s
+    if abs(steps - round(steps)) > INTERVAL_TOLERANCE:
+        raise InputError(
+            f"{time_s - before:g} s since the last measurement, but model {model.name} holds for "
+            f"steps of {model.interval_s:g} s, expected a whole number of them"
+        )

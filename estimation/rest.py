@@ -41,8 +41,9 @@ once in hours."""
 NEWEST = 2.0
 """Spreads that the newest reading may be off the mean."""
 LARGEST_BIAS = 4.0
-"""Standard deviations of a gyroscope's bias that its mean rate may have. One pen in 900 has a
-larger bias and never rests; with 3, one in 34 had. A turn slower than this is taken for bias."""
+"""Standard deviations of a gyroscope's bias that its mean rate may have beyond the known bias. One
+pen in 900 has a larger bias and never rests; with 3, one in 34 had. A turn slower than this is
+taken for bias."""
 WALKED = 4.0
 """Standard deviations that a bias may have walked since the last rest."""
 PATIENCE = 60.0
@@ -131,8 +132,9 @@ def _largest_bias(model: StateSpaceModel, sensor: SensorModel, told: float | Non
     """Return the largest mean rate of a gyroscope that may be bias, rad/s."""
     if told is not None:
         return told
-    std = [model.prior.std[model.state_names.index(name)] for name in sensor.bias_states]
-    return LARGEST_BIAS * max(std, default=0.0)
+    states = [model.state_names.index(name) for name in sensor.bias_states]
+    known = float(np.linalg.norm(model.prior.mean[states]))
+    return known + LARGEST_BIAS * max(model.prior.std[states], default=0.0)
 
 
 def rest_blocks(model: StateSpaceModel) -> Mapping[str, tuple[int, ...]]:

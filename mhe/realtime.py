@@ -28,6 +28,7 @@ from estimation.chosen import chosen
 from estimation.collect import Batches
 from estimation.estimate import Estimate, EstimateHistory, Window
 from estimation.inputs import all_with_inputs
+from estimation.intervals import check_step
 from estimation.recording import Measurement
 from estimation.result import ResultReader
 from estimation.settings import checked_config
@@ -74,6 +75,9 @@ class WindowLoop:
 
     def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
         """Slide the window onto the measurement and solve it."""
+        if self.model.interval_s is not None and (n := int(state.memory.item(0))):
+            newest_s = state.memory.item(self._times + n - 1)
+            check_step(self.model, newest_s, measurement.time_s)
         memory, result = self._engine.step(state.memory, measurement.time_s, measurement.y)
         if self._fallback.is_needed(self._reader.status_of(result)):
             memory, result = self._fallback.solve(memory, result)
@@ -168,12 +172,8 @@ class MheRti:
         clock: Clock | None = None,
     ) -> None:
         self.model, self.config = model, checked_config(self.name, config, MheRtiConfig)
+        self.lags = self.config.lags
         self._loop = WindowLoop(self.name, model, self.config, clock)
-
-    @property
-    def lags(self) -> tuple[int, ...]:
-        """See `mhe.config.WindowConfig`."""
-        return self.config.lags
 
     def init(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
@@ -214,12 +214,8 @@ class Mhe:
         clock: Clock | None = None,
     ) -> None:
         self.model, self.config = model, checked_config(self.name, config, MheConfig)
+        self.lags = self.config.lags
         self._loop = WindowLoop(self.name, model, self.config, clock)
-
-    @property
-    def lags(self) -> tuple[int, ...]:
-        """See `mhe.config.WindowConfig`."""
-        return self.config.lags
 
     def init(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""

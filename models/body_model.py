@@ -127,6 +127,7 @@ def body_model(
     x = ca.vertcat(kinematics.x, *symbols.values())
     names = kinematics.names + tuple(state for bias in biases.values() for state in bias.names)
     of_state = [bias for bias in biases.values() for _ in bias.names]
+    bias_means = [np.array(bias.mean) for bias in biases.values()]
     units = kinematics.units + tuple(readable_unit(bias.unit) for bias in of_state)
     n_x, n_b = len(names), len(of_state)
     covariance = np.zeros((n_x, n_x))
@@ -141,7 +142,7 @@ def body_model(
         sensors=tuple(
             sensor_model(key, sensor, body, x, symbols[key]) for key, sensor in sensors.items()
         ),
-        prior=GaussianState(np.concatenate([kinematics.mean, np.zeros(n_b)]), covariance),
+        prior=GaussianState(np.concatenate([kinematics.mean, *bias_means]), covariance),
         retract=retract,
         difference=difference,
         lower=np.full(n_x, -np.inf),

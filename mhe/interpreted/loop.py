@@ -9,6 +9,7 @@ import numpy as np
 
 from estimation.estimator import remarks
 from estimation.inputs import with_inputs, without_readings
+from estimation.lagged import LaggedState
 from estimation.layout import Layout
 from estimation.outputs import derived_outputs
 from estimation.report import report
@@ -16,12 +17,14 @@ from estimation.rest_detector import RestDetector
 from estimation.result import checked_input, result_layout, stepped
 from estimation.status import Status
 from mhe.config import Clock, RealTimeConfig
+from mhe.interpreted.convergence import Convergence, Solved
 from mhe.interpreted.deadline import Deadline
+from mhe.interpreted.pass_result import Pass
 from mhe.interpreted.sliding import WindowSlider
-from mhe.interpreted.window_minimiser import Solved, WindowMinimiser
 from mhe.interpreted.window_pass import WindowPass
-from mhe.reuse import reuse_threshold
-from mhe.window_memory import View, put
+from mhe.look_back import told_stages
+from mhe.reuse import SETTLED, reuse_threshold
+from mhe.window_memory import Scales, View, put
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -50,7 +53,7 @@ class InterpretedWindow:
         self._slider = WindowSlider(model, config, memory, self._pass)
         self._reuse = reuse_threshold(model, config)
         self._deadline = Deadline(config.deadline_s, clock or time.perf_counter)
-        self._solver = WindowMinimiser(model, config, self._pass, self._deadline)
+        self._convergence = Convergence(self._pass, config, self._deadline)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
@@ -92,7 +95,7 @@ class InterpretedWindow:
         window = View.of(self.memory, memory)
         for k in range(len(window.w)):
             window.x[k + 1] = self._pass.move(window, k, window.x[k], window.w[k])
-        solved = self._solver.judge(window, self._solver.converge_twice(window))
+        solved = self._judge(window, self._convergence.solve(window))
         state = replace(solved.known, mean=window.x[-1])
         return memory, self._report(window, state, solved, solved.status)
 
@@ -117,7 +120,8 @@ class InterpretedWindow:
         if not has_time:
             state, solved = self._only_predict(old, window)
         else:
-            solved = self._solver.solve(window)
+            solve = self._convergence.solve if self._scheme.converges else self._one_pass
+            solved = self._judge(window, solve(window))
             state = replace(solved.known, mean=window.x[-1])
         status = solved.status
         if has_time and stays > near:
@@ -153,3 +157,60 @@ class InterpretedWindow:
         moved = ~(np.isfinite(old.moved) & (old.moved <= limit))
         k = int(moved.argmax()) if moved.any() else len(moved)
         return max(k - int(len(moved) == self.memory.shapes["times"][0]), 0)
+
+    def _one_pass(self, window: View) -> Solved:
+        """Make the linearised window's optimum the trajectory."""
+        began = self._deadline.now()
+        cost, scales = 0.0, Scales(window.present, np.ones(window.w.shape))
+        if self._config.has_losses:
+            cost, scales = self._pass.measure(window, window.x, window.w)
+        at = window.x_lin, window.w_lin
+        settled = SETTLED * self._reuse
+        found = self._pass.run(window, -window.prior_deviation, scales, *at, settled)
+        if not (np.isfinite(found.length) and np.isfinite(cost)):
+            return Solved(found.newest, found.newest.state, Status.NOT_FINITE, 1)
+        window.w[:] = found.w
+        renewed = slice(found.oldest, None)
+        for k in range(len(window.times))[renewed]:
+            window.x[k] = self._pass.stage.retract(window.x_lin[k], found.d[k])
+        lagged = self._look_back_from(window, found)
+        self._deadline.note_pass(len(window.times) - int(window.stayed), began)
+        if self._reuse > 0:
+            for k, by in list(enumerate(_moved(found)))[renewed]:
+                window.moved[k] = self._judged(window, k, by, found.expected[k])
+        kkt = max(np.sqrt(found.length), self._pass.largest_excess(window, found.row_std))
+        ended = found.held.status, 1, found.cost, kkt
+        return Solved(found.newest, found.newest.state, *ended, lagged)
+
+    def _look_back_from(self, window: View, found: Pass) -> tuple[LaggedState, ...]:
+        """Look back behind a pass; the window's own states are older before its `oldest`."""
+        states = window.x.copy()
+        for _, at in told_stages(self._config.lags, len(states)):
+            if at < found.oldest:
+                states[at] = self._pass.stage.retract(window.x_lin[at], found.d[at])
+        return self._pass.look_back(window, states, found)
+
+    def _judged(self, window: View, k: int, by: float, expected: Array) -> float:
+        """Return how far a stage is from its linearisation point, squared, as one_pass.c does."""
+        if by > self._reuse**2:
+            return by
+        [off] = self._pass.call["judge"](window.x[k], window.y[k], window.present[k], expected)
+        return max(by, float(off[0]) ** 2)
+
+    def _judge(self, window: View, solved: Solved) -> Solved:
+        """Say so where chance can hardly explain the cost of a minimum."""
+        is_full = len(window.times) > self._config.horizon
+        judged = solved.status is Status.SOLVED and (self._scheme.converges or is_full)
+        if judged and self._convergence.is_improbable(window, solved.cost):
+            return replace(solved, status=Status.IMPROBABLE)
+        return solved
+
+
+def _moved(found: Pass) -> Array:
+    """Return the largest squared deviation (n,) of the stages, in variances."""
+    variances = np.diagonal(found.covariances, axis1=1, axis2=2)
+    squares = found.d**2
+    ratios = np.zeros(squares.shape)
+    np.divide(squares, variances, out=ratios, where=squares > 0)
+    largest: Array = ratios.max(axis=1)
+    return largest

@@ -51,6 +51,12 @@ class WindowTrajectory:
         g = np.array([self.call["constrain"](state)[0] for state in x])
         return np.where(window.demanded > 0, np.maximum(g, 0), 0.0)
 
+    def largest_excess(self, window: View, row_std: Array) -> float:
+        """Return what the trajectory exceeds a row by at most, in standard deviations."""
+        excess = self.excess(window, window.x)
+        exceeded = excess > 0
+        return float((excess[exceeded] / row_std[exceeded]).max(initial=0.0))
+
     def move(self, window: View, k: int, x: Array, w: Array) -> Array:
         """Return f(x, w) (n_x,) of the step behind stage k."""
         dt = window.times[k + 1] - window.times[k]

@@ -15,6 +15,7 @@ from estimation.estimate import Estimate, Window
 from estimation.estimator import first_state, late_estimate, remarks
 from estimation.function_call import FunctionCall
 from estimation.inputs import all_with_inputs, with_inputs, without_readings
+from estimation.intervals import check_step
 from estimation.kalman_stage import KalmanStage, Prediction, Update, rows_present
 from estimation.lagged import LaggedState
 from estimation.recording import Measurement
@@ -133,6 +134,7 @@ class MheIpopt:
             return state, late_estimate(self.model, newest_s, state.newest)
         last = state.measurements[-1] if state.measurements else None
         dt = 0.0 if last is None else measurement.time_s - last.time_s
+        check_step(self.model, None if last is None else last.time_s, measurement.time_s)
         before = None if last is None else last.y[self.model.n_y :]
         y = with_inputs(self.model, before, measurement.y)
         rest, y = self._rest.step(state.rest, dt, y)

@@ -8,7 +8,7 @@ import casadi as ca
 from pydantic import PositiveFloat
 
 from models.sensor_kinds.inertial import InertialSensor
-from models.sensor_kinds.mounted import NonNegative
+from models.sensor_kinds.mounted import NonNegative, Vector3
 from models.sensor_kinds.reading import MovingBody, SymbolicReading
 
 
@@ -21,6 +21,7 @@ class Accelerometer(InertialSensor):
     noise_density_m_s2_per_sqrt_hz: PositiveFloat
     range_m_s2: PositiveFloat | None = None
     resolution_m_s2: NonNegative = 0.0
+    bias_m_s2: Vector3 = (0.0, 0.0, 0.0)
     bias_std_m_s2: NonNegative = 0.0
     bias_walk_m_s2_per_sqrt_s: NonNegative = 0.0
 

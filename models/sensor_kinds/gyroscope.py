@@ -8,7 +8,7 @@ import casadi as ca
 from pydantic import PositiveFloat
 
 from models.sensor_kinds.inertial import InertialSensor
-from models.sensor_kinds.mounted import NonNegative
+from models.sensor_kinds.mounted import NonNegative, Vector3
 from models.sensor_kinds.reading import MovingBody, SymbolicReading
 
 
@@ -21,6 +21,7 @@ class Gyroscope(InertialSensor):
     noise_density_rad_s_per_sqrt_hz: PositiveFloat
     range_rad_s: PositiveFloat | None = None
     resolution_rad_s: NonNegative = 0.0
+    bias_rad_s: Vector3 = (0.0, 0.0, 0.0)
     bias_std_rad_s: NonNegative = 0.0
     bias_walk_rad_s_per_sqrt_s: NonNegative = 0.0
 

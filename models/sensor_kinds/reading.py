@@ -46,9 +46,10 @@ class SymbolicReading:
 
 @dataclass(frozen=True)
 class BiasStates:
-    """The bias states that a sensor asks for: names, unit, initial std, walk density."""
+    """The bias states that a sensor asks for: names, unit, initial mean and std, walk density."""
 
     names: tuple[str, ...] = ()
     unit: str = ""
+    mean: tuple[float, ...] = ()
     std: float = 0.0
     walk: float = 0.0

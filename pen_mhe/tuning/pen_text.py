@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
+from models.bundled import bundled_pens
 from models.errors import InputError
 from models.motion import OLD_KEY
 from models.pen_config import PenConfig
-from models.pen_file import parse_pen, presets
+from models.pen_file import AnyPen, parse_pen, presets
 from models.units import accepted_names
 from pen_mhe.tuning.parameters import MOTION, Parameter, rounded
 
-DIGITS = 4
+DIGITS, DIGITS_OF_ENTRIES = 4, 6
 _HEADER = re.compile(r"\s*\[([^\[\]]+)\]\s*(?:#.*)?")
-_NUMBER = re.compile(r"(\s*)([\w-]+)(\s*=\s*)([^#\s]+)(.*)", re.DOTALL)
+_NUMBER = re.compile(r"(\s*)([\w-]+)(\s*=\s*)(\[[^#]*\]|[^#\s]+)(.*)", re.DOTALL)
 _NOTE = "#   {} = "
 """How a provenance note begins the line of a key."""
 
 
-def _toml_number(value: float) -> str:
+def _toml_number(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_toml_number, value))}]"
     return repr(float(value))
 
 
@@ -47,6 +52,16 @@ class PenText:
         self.lines = text.splitlines()
         self.data = tomllib.loads(text)
 
+    @classmethod
+    def of(cls, pen: AnyPen) -> PenText | None:
+        """Return the text of a pen's file; None for a pen that is given as data."""
+        if isinstance(pen, PenConfig):
+            return None
+        path = Path(pen)
+        if str(pen) in bundled_pens() and not path.is_file():
+            path = bundled_pens()[str(pen)]
+        return cls(path.read_text("utf-8"), f"pen file {pen}")
+
     def _table(self, table: tuple[str, str]) -> Mapping[str, Any]:
         found = self.data.get(table[0], {}).get(table[1], {})
         return found if isinstance(found, dict) else {}
@@ -62,15 +77,15 @@ class PenText:
         preset = self._table(parameter.table).get("preset")
         return spelling(parameter, presets().get(str(preset), {}))
 
-    def written(self, parameter: Parameter, value: float) -> float:
+    def written(self, parameter: Parameter, value: Any) -> Any:
         """Return a value (SI) as it will be read from the file: rounded in the file's unit."""
         factor = self.spelt(parameter)[1]
-        return rounded(value / factor, DIGITS) * factor
+        return _times(_rounded(value, factor), factor)
 
-    def replaced(
-        self, values: Mapping[Parameter, float], pen: PenConfig, note: Sequence[str]
-    ) -> str:
+    def replaced(self, values: Mapping[Parameter, Any], pen: PenConfig, note: Sequence[str]) -> str:
         """Return the text with other values (SI), and a note on them above its first key.
+
+        A value is a number, or a tuple of values.
 
         Parameters
         ----------
@@ -95,7 +110,7 @@ class PenText:
         keys = []
         for parameter, value in values.items():
             key, factor = self.spelt(parameter)
-            number = rounded(value / factor, DIGITS)
+            number = _rounded(value, factor)
             keys.append((".".join((*parameter.table, key)), number))
             if parameter.table[0] != MOTION or parameter.table[1] not in unsaid:
                 lines = _with_number(lines, parameter, key, number)
@@ -114,6 +129,46 @@ class PenText:
         return text
 
 
+def write_whole(path: str | Path, text: str) -> None:
+    """Write a text beside a file's place, and put it there whole.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    path = Path(path)
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        beside.write_text(text, "utf-8")
+        beside.replace(path)
+    except OSError as error:
+        raise InputError(
+            f"output {path}: {error.strerror}, expected a file that can be written"
+        ) from None
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _rounded(value: Any, factor: float) -> Any:
+    """Return an SI value in a unit, rounded: entries of a list need more digits, one being 1."""
+    if isinstance(value, tuple):
+        return tuple(_rounded_entry(entry, factor) for entry in value)
+    return rounded(value / factor, DIGITS)
+
+
+def _rounded_entry(entry: Any, factor: float) -> Any:
+    if isinstance(entry, tuple):
+        return tuple(_rounded_entry(each, factor) for each in entry)
+    return rounded(entry / factor, DIGITS_OF_ENTRIES)
+
+
+def _times(value: Any, factor: float) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_times(entry, factor) for entry in value)
+    return value * factor
+
+
 def _same(a: PenConfig, b: PenConfig) -> bool:
     """Whether two pens are equal to rounding."""
     return _close(a.model_dump(), b.model_dump())
@@ -122,6 +177,8 @@ def _same(a: PenConfig, b: PenConfig) -> bool:
 def _close(a: Any, b: Any) -> bool:
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         return a.keys() == b.keys() and all(_close(a[key], b[key]) for key in a)
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        return len(a) == len(b) and all(map(_close, a, b))
     if isinstance(a, float) and isinstance(b, float):
         return a == b or abs(a - b) <= 1e-9 * abs(b)
     return bool(a == b)
@@ -139,7 +196,7 @@ def _section(lines: Sequence[str], name: str) -> tuple[int, int] | None:
     return None if start is None else (start, len(lines))
 
 
-def _with_number(lines: list[str], parameter: Parameter, key: str, value: float) -> list[str]:
+def _with_number(lines: list[str], parameter: Parameter, key: str, value: Any) -> list[str]:
     """Return lines with a key's number replaced, or added at the end of its table."""
     section = _section(lines, ".".join(parameter.table))
     if section is None:
@@ -174,9 +231,7 @@ def _motion_lines(pen: PenConfig, part: str) -> list[str]:
     return lines
 
 
-def _noted(
-    lines: Sequence[str], keys: Sequence[tuple[str, float]], note: Sequence[str]
-) -> list[str]:
+def _noted(lines: Sequence[str], keys: Sequence[tuple[str, Any]], note: Sequence[str]) -> list[str]:
     """Return lines with a note behind the comment that the file begins with."""
     old = tuple(_NOTE.format(key) for key, _ in keys)
     kept = [line for line in lines if not line.startswith(old)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from models.pen_config import PenConfig
 from models.version import version
 from pen_mhe.tuning.objectives import OBJECTIVES
 from pen_mhe.tuning.parameters import Parameter
-from pen_mhe.tuning.pen_text import PenText
+from pen_mhe.tuning.pen_text import PenText, write_whole
 from pen_mhe.tuning.score import Score
 
 if TYPE_CHECKING:
@@ -179,17 +178,7 @@ class Tuning:
         InputError
             As `to_toml`, or if the file cannot be written.
         """
-        path, text = Path(path), self.to_toml()
-        beside = path.with_name(f".{path.name}.{os.getpid()}")
-        try:
-            beside.write_text(text, "utf-8")
-            beside.replace(path)
-        except OSError as error:
-            raise InputError(
-                f"output {path}: {error.strerror}, expected a file that can be written"
-            ) from None
-        finally:
-            beside.unlink(missing_ok=True)
+        write_whole(path, self.to_toml())
 
     def __repr__(self) -> str:
         shown = "{:.4g}".format

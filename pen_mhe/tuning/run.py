@@ -9,7 +9,6 @@ import numpy as np
 
 from estimation.recording import Recording
 from models.arrays import Array
-from models.bundled import bundled_pens
 from models.errors import InputError, Interrupted
 from models.names import unknown
 from models.pen_config import PenConfig
@@ -73,7 +72,7 @@ def tune(
     for part_name in (fit, score):
         if part_name not in PARTS:
             raise unknown("part", part_name, PARTS)
-    row, config, text = OBJECTIVES[objective], as_pen(pen), _text_of(pen)
+    row, config, text = OBJECTIVES[objective], as_pen(pen), PenText.of(pen)
     if not isinstance(recording, Recording):
         recording = read_recording(recording, config, units=units)
     used = _used_sensors(config, recording, objective, sensors)
@@ -124,16 +123,6 @@ def tune(
         values=after,
         text=text,
     )
-
-
-def _text_of(pen: AnyPen) -> PenText | None:
-    """Return the text of a pen's file; None for a pen that is given as data."""
-    if isinstance(pen, PenConfig):
-        return None
-    path = Path(pen)
-    if str(pen) in bundled_pens() and not path.is_file():
-        path = bundled_pens()[str(pen)]
-    return PenText(path.read_text("utf-8"), f"pen file {pen}")
 
 
 def _used_sensors(

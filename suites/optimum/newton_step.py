@@ -151,13 +151,19 @@ def _solved(
 
 
 def _held_step(H: sp.csc_array, A: sp.csc_array, right: Array, known: Array) -> tuple[Array, Array]:
-    """Return step and multipliers where some components (n,) are known, the others NaN."""
+    """Return step and multipliers where some components (n,) are known, the others NaN.
+
+    Without one, where the system is singular, they are NaN.
+    """
     n, free = H.shape[0], np.isnan(known)
     step = np.where(free, 0.0, known)
     shift = np.concatenate([H @ step, A @ step])
     inside = H[:, free][free], A[:, free]
     rows: list[list[sp.sparray | None]] = [[inside[0], inside[1].T], [inside[1], None]]
     wanted = (right - shift)[np.concatenate([free, np.ones(len(right) - n, dtype=bool)])]
-    found = splu(sp.block_array(rows, format="csc")).solve(wanted)
+    try:
+        found = splu(sp.block_array(rows, format="csc")).solve(wanted)
+    except RuntimeError:  # singular: there is no such step
+        found = np.full(len(wanted), np.nan)
     step[free] = found[: free.sum()]
     return step, found[free.sum() :]

@@ -139,6 +139,16 @@ def test_a_slow_tilt_is_none() -> None:
     assert not found.any()
 
 
+def test_a_known_bias_is_no_turn() -> None:
+    """Eight deviations away from zero, and told so; beside one that is not told."""
+    pen = pen_at_rest()
+    gyro = pen.sensors["gyro"].model_copy(update={"bias_rad_s": (0.0, 8 * DEG, 0.0)})
+    told = pen_model(pen.model_copy(update={"sensors": {**pen.sensors, "gyro": gyro}}), INERTIAL)
+    y = inertial(MODEL, STILL, 21, bias_rad_s=8 * DEG * np.eye(3)[1])
+    assert rests(told, STILL, y)[STILL > WINDOW_S].mean() == pytest.approx(1.0, abs=0.02)
+    assert not rests(MODEL, STILL, y).any()
+
+
 def test_a_largest_bias_of_ones_own() -> None:
     model = model_at_rest(largest_bias_deg_s=0.5)
     assert rest_axes(model).largest_square == pytest.approx([(0.5 * DEG) ** 2])

@@ -50,6 +50,7 @@ def test_what_counts_as_unsolved() -> None:
         Status.NEAR_SINGULAR,
         Status.OUT_OF_REACH,
         Status.FELL_BACK,
+        Status.IMPROBABLE,
         Status.DIGITS_LOST,
     }
     assert set(Status) - set(UNSOLVED) == remarks

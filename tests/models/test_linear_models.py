@@ -162,12 +162,24 @@ def test_another_interval_is_refused() -> None:
         run(create_estimator("ekf", model), recording(np.array([0, 0.05, 0.07])))
     with pytest.raises(InputError, match=r"0.001 s between rows 0 and 1"):
         recording(np.array([0, 0.001])).stacked(model)
-    estimator = create_estimator("ekf", model)
-    state = estimator.init()
-    for time_s, status in ((0.0, Status.SOLVED), (0.02, Status.NOT_FINITE)):
-        y = model.stack({"y": np.ones(2)}, {"u1": 0.0, "u2": 0.0})
-        state, estimate = estimator.step(state, Measurement(time_s, y))
-        assert status in estimate.status
+
+
+@pytest.mark.usefixtures("interpreted")
+@pytest.mark.parametrize("name", LEAST_SQUARES)
+def test_another_interval_of_a_live_stream_is_refused(name: str) -> None:
+    """And changes nothing: the next step is made as if it had not been."""
+    model = discrete()
+    estimator = create_estimator(name, model, **settings_read(name, {"horizon": 2}))
+    y = model.stack({"y": np.ones(2)}, {"u1": 0.0, "u2": 0.0})
+    state, _ = estimator.step(estimator.init(), Measurement(0.0, y))
+    state, _ = estimator.step(state, Measurement(T, y))
+    with pytest.raises(
+        InputError, match=r"0.02 s since the last measurement, but model sampled spring holds for"
+    ):
+        estimator.step(state, Measurement(T + 0.02, y))
+    for time_s, status in ((T, Status.SOLVED), (3 * T, Status.SOLVED), (0.0, Status.LATE)):
+        _, estimate = estimator.step(state, Measurement(time_s, y))
+        assert estimate.status is status
 
 
 BAD: dict[str, tuple[dict[str, Any], str]] = {

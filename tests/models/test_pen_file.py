@@ -104,7 +104,7 @@ MISTAKES = {
     "no name": (GOOD.removeprefix('name = "p"\n'), "key name:", "is missing"),
     "unknown key": ("colour = 1\n" + GOOD, "unknown key colour;", "expected one of bounds, deg"),
     "unknown sensor key": (GOOD + "rnage_g = 2", "key sensors.tip: unknown key rnage_g;",
-                           "expected one of axes, bandwidth_hz, bias_std_m_s2"),
+                           "expected one of axes, bandwidth_hz, bias_m_s2, bias_std_m_s2"),
     "wrong unit": (GOOD + "range_furlong = 2", "key sensors.tip: unknown key range_furlong;",
                    "expected range_m_s2 or range_g or range_mg"),
     "unit of another quantity": (GOOD + "range_deg_s = 2", "unknown key range_deg_s;",

@@ -115,3 +115,16 @@ def test_what_cannot_be_replaced_is_refused(text: str) -> None:
         text += 'kind = "pose_camera"\nposition_std_mm = 1\n"orientation_std_deg" = 0.5\n'
     with pytest.raises(pm.InputError, match=r"test\.toml: its numbers cannot be replaced"):
         rewritten(text, {CAMERA: 0.01})
+
+
+def test_lists_are_replaced_and_added() -> None:
+    bias = Parameter("still", ("sensors", "accel"), "bias_m_s2")
+    matrix = Parameter("still", ("sensors", "accel"), "sensitivity")
+    rows = ((1.0012345678, 0.0, -1.23456789e-5), (0.0, 0.99, 0.0), (0.0, 0.0, 1.0))
+    before = SHORT.replace("bias_std", "bias_mg = [1, 2, 3] # old\nbias_std")
+    after = rewritten(before, {bias: (0.0980665, 0.0, -0.0196133), matrix: rows})
+    assert [line for line in changes(before, after) if not line[2:].startswith("#")] == [
+        "- bias_mg = [1, 2, 3] # old",
+        "+ bias_mg = [10.0, 0.0, -2.0] # old",
+        "+ sensitivity = [[1.00123, 0.0, -1.23457e-05], [0.0, 0.99, 0.0], [0.0, 0.0, 1.0]]",
+    ]
