@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import pen_mhe as pm
-from recordings.thinning import CameraThinning, thinned
+from recordings import CameraThinning, thinned
 
 SENSORS, TIP = ["accel", "gyro", "camera"], ("tip_x_m", "tip_y_m", "tip_z_m")
 RATES_HZ, LAGS, SEEDS, SETTLED = (30, 10, 5), range(21), range(5), 100

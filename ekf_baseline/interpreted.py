@@ -14,8 +14,9 @@ from estimation.inputs import with_inputs
 from estimation.kalman_stage import KalmanStage, Update, rows_present
 from estimation.layout import Layout
 from estimation.outputs import derived_outputs
+from estimation.report import report
 from estimation.rest_detector import RestDetector
-from estimation.result import checked_input, report, result_layout, stepped
+from estimation.result import checked_input, result_layout, stepped
 from estimation.status import Status
 from estimation.stored import restored, store
 from models.arrays import Array

@@ -13,7 +13,8 @@ import numpy as np
 
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.layout import Layout
-from estimation.result import ResultReader, checked_input, tell_lagged
+from estimation.report import tell_lagged
+from estimation.result import ResultReader, checked_input
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 

@@ -34,7 +34,7 @@ class Estimate:
     innovation_covariance : (n_r, n_r) S
     iterations : of the solver; 1 for a filter
     window : the moving horizon, for estimators that have one; where `mhe-rti` keeps factors its
-        older stages may be off by half of `MheRtiConfig.reuse_threshold`
+        older stages may be off by half of `MheRtiConfig.reuse_threshold` (those in `lagged` not)
     call_s : seconds within the loop's own call, without what Python adds; NaN where there is none
     kkt_residual : how far the window is from its optimality conditions, in standard deviations:
         length of the last pass' step, or what a row of bounds and inequalities is exceeded by,

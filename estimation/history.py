@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.covariances import Covariances
+from estimation.history_lag import AtLag
 from estimation.history_rows import check_rows
 from estimation.lagged import LaggedEstimates
 from estimation.named_columns import NamedColumns
@@ -45,7 +46,7 @@ PER_STEP = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EstimateHistory(NamedColumns):
+class EstimateHistory(NamedColumns, AtLag):
     """All estimates of a run as plain arrays.
 
     Parameters
@@ -176,53 +177,6 @@ class EstimateHistory(NamedColumns):
         if not start_s <= end_s:
             raise InputError(f"from {start_s:g} s to {end_s:g} s, expected an end after the start")
         return self[(self.time_s >= start_s) & (self.time_s <= end_s)]
-
-    def at_lag(self, lag: int) -> EstimateHistory:
-        """Return the estimates of the instants `lag` samples before each step's newest.
-
-        Each row bears the time that it speaks of, and knows all readings of `lag` further samples
-        (instants of the recording, of any sensor). The last `lag` instants have no row, for they
-        were never followed by so many; neither have instants that a late measurement or a
-        window begun anew took the lag from. Status and times are those of the step that says it. A
-        smoothed estimate has seen its readings: it has no innovation.
-
-        Parameters
-        ----------
-        lag : one that the estimator was asked for, ``create_estimator(…, lag_samples=lag)``; 0 is
-            this history
-
-        Raises
-        ------
-        InputError
-            If the history does not have this lag.
-        """
-        if lag == 0:
-            return self
-        if lag not in self.lagged:
-            kept = ", ".join(map(str, (0, *self.lagged)))
-            raise InputError(
-                f"this history of {self.estimator} has no estimates at lag {lag!r}, expected one "
-                f"of {kept}: others are asked for with lag_samples, which the moving-horizon "
-                "estimators read"
-            )
-        told = np.isfinite(self.lagged[lag].time_s)
-        rows, earlier = self[told], self.lagged[lag].changed(lambda array: array[told])
-        P, S = earlier.covariance, rows.covariances
-        return dataclasses.replace(
-            rows,
-            time_s=earlier.time_s,
-            mean=earlier.mean,
-            std=earlier.std,
-            derived=earlier.derived,
-            derived_std=earlier.derived_std,
-            innovation=np.full_like(rows.innovation, np.nan),
-            innovation_std=np.full_like(rows.innovation_std, np.nan),
-            squared_innovations=np.full_like(rows.squared_innovations, np.nan),
-            covariances=None
-            if P is None or S is None
-            else Covariances(P, np.full_like(S.innovation, np.nan)),
-            lagged=FrozenMapping(),
-        )
 
     @property
     def covariance(self) -> Array:

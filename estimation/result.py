@@ -11,10 +11,9 @@ from estimation.covariances import Covariances
 from estimation.estimate import Estimate, EstimateHistory, Window
 from estimation.innovations import innovation_std, row_sets, squared_innovations
 from estimation.inputs import with_inputs
-from estimation.kalman_stage import Update
 from estimation.lagged import LaggedEstimates, LaggedState
 from estimation.layout import Layout
-from estimation.outputs import Derived, derived_outputs
+from estimation.outputs import derived_outputs
 from estimation.status import Status
 from models.arrays import Array
 from models.errors import InputError
@@ -207,51 +206,6 @@ class ResultReader:
                 for i, lag in enumerate(self.lags)
             }
         )
-
-
-def report(
-    layout: Layout,
-    derived: Derived,
-    time_s: float,
-    state: GaussianState,
-    update: Update | None,
-    status: Status,
-    iterations: int = 1,
-    cost: float = np.nan,
-    kkt: float = np.nan,
-    lagged: Sequence[LaggedState] = (),
-    lags: Sequence[int] = (),
-) -> Array:
-    """Return a step's flat array; without an update it has no innovation."""
-    result = np.full(layout.size, np.nan)
-    layout.view(result, "time_s")[...] = time_s
-    layout.view(result, "mean")[:] = state.mean
-    layout.view(result, "covariance")[:] = state.covariance
-    values, std = derived.values(state.mean[None], state.covariance[None])
-    layout.view(result, "derived")[:] = values[0]
-    layout.view(result, "derived_std")[:] = std[0]
-    if update is not None:
-        innovation = np.where(update.present, update.innovation, np.nan)
-        layout.view(result, "innovation")[:] = innovation
-        layout.view(result, "innovation_covariance")[:] = update.innovation_covariance
-    layout.view(result, "status")[...] = status.value
-    layout.view(result, "iterations")[...] = iterations
-    layout.view(result, "cost")[...] = cost
-    layout.view(result, "kkt")[...] = kkt
-    layout.view(result, "reused")[...] = 0
-    tell_lagged(layout, result, lags, lagged)
-    return result
-
-
-def tell_lagged(
-    layout: Layout, result: Array, lags: Sequence[int], lagged: Sequence[LaggedState]
-) -> None:
-    """Write what is known of earlier instants into a step's flat array."""
-    for earlier in lagged:
-        i = lags.index(earlier.lag)
-        layout.view(result, "lagged_time")[i] = earlier.time_s
-        layout.view(result, "lagged_mean")[i] = earlier.state.mean
-        layout.view(result, "lagged_covariance")[i] = earlier.state.covariance
 
 
 def stepped(

@@ -172,12 +172,8 @@ class MheRti:
         clock: Clock | None = None,
     ) -> None:
         self.model, self.config = model, checked_config(self.name, config, MheRtiConfig)
+        self.lags = self.config.lags
         self._loop = WindowLoop(self.name, model, self.config, clock)
-
-    @property
-    def lags(self) -> tuple[int, ...]:
-        """See `mhe.config.WindowConfig`."""
-        return self.config.lags
 
     def init(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
@@ -218,12 +214,8 @@ class Mhe:
         clock: Clock | None = None,
     ) -> None:
         self.model, self.config = model, checked_config(self.name, config, MheConfig)
+        self.lags = self.config.lags
         self._loop = WindowLoop(self.name, model, self.config, clock)
-
-    @property
-    def lags(self) -> tuple[int, ...]:
-        """See `mhe.config.WindowConfig`."""
-        return self.config.lags
 
     def init(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""

@@ -180,7 +180,7 @@ POSITIONAL = {
     "estimation.interpreted_stage.InterpretedStage.predict": ALGEBRA,
     "estimation.kalman_stage.KalmanStage.predict": ALGEBRA,
     "estimation.kalman_stage.KalmanStage.update": ALGEBRA,
-    "estimation.result.report": INSIDE,
+    "estimation.report.report": INSIDE,
     "mhe.compiled.loop.CompiledWindow.__init__": INSIDE,
     "mhe.interpreted.descent.descend": INSIDE,
     "mhe.interpreted.loop.InterpretedWindow.__init__": INSIDE,

@@ -12,8 +12,9 @@ from estimation.inputs import with_inputs, without_readings
 from estimation.lagged import LaggedState
 from estimation.layout import Layout
 from estimation.outputs import derived_outputs
+from estimation.report import report
 from estimation.rest_detector import RestDetector
-from estimation.result import checked_input, report, result_layout, stepped
+from estimation.result import checked_input, result_layout, stepped
 from estimation.status import Status
 from mhe.config import Clock, RealTimeConfig
 from mhe.interpreted.convergence import Convergence, Solved

@@ -91,7 +91,8 @@ def test_every_block_of_a_result_is_told() -> None:
     layout = result_layout(PEN)
     named = {field.name for field in estimate_fields(layout)}
     assert named >= {block for block, shape in layout.shapes.items() if np.prod(shape)}
-    assert named >= set(layout.shapes), "this pen has all blocks"
+    of_lags = {block for block in layout.shapes if block.startswith("lagged_")}
+    assert named >= set(layout.shapes) - of_lags, "this pen has all blocks that C tells"
     places = offsets(layout)
     ends = [
         places[block] + i

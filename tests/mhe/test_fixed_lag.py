@@ -13,8 +13,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
+import pen_mhe as pm
+from codegen.exportable import exportable
 from estimation.estimate import EstimateHistory
-from estimation.estimator import BatchEstimator, Estimator, run_measurements
+from estimation.estimator import BatchEstimator, Estimator, run, run_measurements
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheConfig, MheRtiConfig
@@ -22,6 +24,7 @@ from mhe.realtime import Mhe, MheRti
 from models.errors import InputError
 from models.own_models import OwnSensor, own_model
 from pen_mhe.estimators import create_estimator
+from recordings.thinning import CameraThinning, thinned
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
 from tests.estimation import pens
 from tests.linear_models import constant_acceleration_system, coupled_system, irregular_times
@@ -53,7 +56,9 @@ def batch(
 
 
 @needs_compiler
-@pytest.mark.parametrize("arrival_cost", ["filtered", "smoothed"])
+@pytest.mark.parametrize(
+    "arrival_cost", [pytest.param("filtered", marks=pytest.mark.slow), "smoothed"]
+)
 @pytest.mark.parametrize("name", ["mhe-rti", "mhe", "mhe-ipopt"])
 @pytest.mark.parametrize("which", SYSTEMS)
 def test_on_linear_models_it_is_the_textbooks_smoother(
@@ -85,7 +90,11 @@ def draw(which: str) -> tuple[Any, list[Measurement]]:
     return run.model, list(run.measurements)
 
 
-CASES = [*itertools.product(("pendulum", "pen"), KINDS)]
+CASES = [
+    *(("pendulum", name) for name in KINDS),
+    ("pen", "mhe-rti"),
+    pytest.param("pen", "mhe", marks=pytest.mark.slow),
+]
 
 
 @needs_compiler
@@ -106,8 +115,14 @@ def test_batch_steps_and_both_engines_say_the_same(which: str, name: str) -> Non
 
 
 @needs_compiler
-@pytest.mark.parametrize("reuse", [None, 0.0, 0.5, 3.0])
-@pytest.mark.parametrize("which", ["pendulum", "pen"])
+@pytest.mark.parametrize(
+    ("which", "reuse"),
+    [
+        *(("pendulum", reuse) for reuse in (None, 0.0, 3.0)),
+        ("pen", 0.5),
+        *(pytest.param("pen", reuse, marks=pytest.mark.slow) for reuse in (None, 0.0, 3.0)),
+    ],
+)
 def test_the_newest_estimates_are_those_without_a_lag(which: str, reuse: float | None) -> None:
     name = "mhe" if reuse is None else "mhe-rti"
     settings = {} if reuse is None else {"reuse_threshold": reuse}
@@ -223,6 +238,33 @@ def test_a_step_without_time_for_a_pass_does_not_say_how_well_it_knows() -> None
         assert told
         assert all(np.isfinite(each.state.mean).all() for each in told)
         assert all(np.isnan(each.state.covariance).all() for each in told)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rate_hz", [10.0, 3.0])
+def test_kept_factors_cost_a_lag_no_more_than_the_newest(rate_hz: float) -> None:
+    sensors = ["accel", "gyro", "camera"]
+    model = pm.pen_model("reference", sensors)
+    recording = pm.simulate("reference", sensors, motion="handwriting", duration_s=3.0, seed=6)
+    used = thinned(model, recording, CameraThinning(rate_hz, 0))
+    kept, full = (
+        run(create_estimator("mhe-rti", model, horizon=26, lag_samples=14, **reuse), used)
+        for reuse in ({}, {"reuse_threshold": 0.0})
+    )
+    assert np.median(kept.reused_stages) > 10
+    rms = {}
+    for lag in (0, 14):
+        one, other = (history.at_lag(lag)[50:] for history in (kept, full))
+        off = model.difference(one.mean.T, other.mean.T).full().T / other.std
+        rms[lag] = np.sqrt((off**2).mean(axis=0)).max()
+        assert np.abs(one.std / other.std - 1).max() < 0.01
+    assert rms[14] < 1.25 * rms[0]
+    assert rms[14] < 0.02
+
+
+def test_an_export_has_no_lag_yet() -> None:
+    with pytest.raises(InputError, match=r"lag_samples is \(2,\), which C does not tell yet"):
+        exportable("mhe-rti", pendulum.model(), lag_samples=2)
 
 
 @pytest.mark.parametrize("kind", [MheConfig, MheRtiConfig])
