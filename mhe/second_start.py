@@ -2,7 +2,7 @@
 
 Twice the cost of a minimum is χ² distributed with as many degrees of freedom as readings are
 present, if model and noises are right (exactly so on a linear model). A cost above the quantile
-`SURE` says that they are not, or that there is another minimum; the step then carries
+1 - `CHANCE` says that they are not, or that there is another minimum; the step then carries
 `Status.IMPROBABLE`.
 
 Where derivatives vanish no Gauss-Newton step leads away: on a bound (two reactions of Haseltine and
@@ -29,7 +29,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammainccinv
 
 from estimation.status import Status
 from mhe.domain import limits
@@ -37,7 +37,8 @@ from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
-SURE = 1 - 1e-6
+CHANCE = 1e-6
+"""How seldom a cost is exceeded where model and noises are right."""
 ASIDE = 0.1
 """How far a second start is from the prior's mean, in its standard deviations."""
 LOWER = 1e-6
@@ -50,7 +51,7 @@ SECOND_START: Mapping[str, float] = MappingProxyType({"LOWER": LOWER, "ASIDE": A
 def cost_limits(n_stages: int, n_r: int) -> Array:
     """Return (n_stages n_r + 1,): by the number of rows present, the cost that chance explains."""
     rows = np.arange(1, n_stages * n_r + 1)
-    return np.concatenate([[np.inf], chi2.ppf(SURE, rows) / 2])
+    return np.concatenate([[np.inf], gammainccinv(rows / 2, CHANCE)])  # χ²/2 is Γ(rows / 2)
 
 
 def is_better(again: Status, cost: float, first: Status, than: float, is_free: bool) -> bool:

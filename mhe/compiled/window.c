@@ -219,10 +219,12 @@ static integer attempt(const Window *s, const real *given, real *memory, real ti
 #else
         status = one_pass(s, memory, &solved);
 #endif
-        if (status == 0 && (s->iterate || count == s->n_stages) && is_improbable(s, memory, solved.cost)) status = STATUS_IMPROBABLE;
+        if (stays > near) status |= STATUS_TIME_LIMIT;
+        const int is_whole = s->iterate || count == s->n_stages;
+        if (status == 0 && is_whole && is_improbable(s, memory, solved.cost))
+            status = STATUS_IMPROBABLE;
         copy(mean, STAGE(memory + at->x, newest, n_x), n_x);
         copy(covariance, SLOT(o->P_plus, newest, m->n_P), m->n_P);
-        if (stays > near) status |= STATUS_TIME_LIMIT;
     }
     if (!(all_finite(mean, n_x) && is_covariance(m, covariance)))
         status |= STATUS_NOT_FINITE;

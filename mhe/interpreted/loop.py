@@ -121,11 +121,12 @@ class InterpretedWindow:
             state, solved = self._only_predict(old, window)
         else:
             solve = self._convergence.solve if self._scheme.converges else self._one_pass
-            solved = self._judge(window, solve(window))
+            solved = solve(window)
+            if stays > near:
+                solved = replace(solved, status=solved.status | Status.TIME_LIMIT)
+            solved = self._judge(window, solved)
             state = replace(solved.known, mean=window.x[-1])
         status = solved.status
-        if has_time and stays > near:
-            status |= Status.TIME_LIMIT
         if not (np.isfinite(state.mean).all() and np.isfinite(state.covariance).all()):
             status |= Status.NOT_FINITE
         put(self.memory, memory, "newest", state)

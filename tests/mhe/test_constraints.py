@@ -170,4 +170,4 @@ def test_a_bound_outlives_the_stage_that_carried_it(estimator: str) -> None:
     newest = np.array([estimate.state.mean[0] for estimate in estimates])
     assert sum(estimate.state.mean[0] > level for estimate in free) > 5
     assert (newest <= level + 1e-8).all()
-    assert all(estimate.status is Status.SOLVED for estimate in estimates)
+    assert all(estimate.status.is_solved for estimate in estimates)

@@ -83,7 +83,7 @@ def check(name: str, model: StateSpaceModel, given: Recording, interpolated: lis
         std = np.sqrt(np.diag(wanted.covariance))
         assert np.abs((history.mean[k] - wanted.mean) / std).max() < 1e-9
         assert np.abs(history.std[k] / std - 1).max() < 1e-9
-    assert all(status in (Status.SOLVED, Status.NO_READING) for status in history.status)
+    assert all(status.is_solved for status in history.status)
 
 
 @pytest.mark.usefixtures("engine")
@@ -179,7 +179,7 @@ def test_another_interval_of_a_live_stream_is_refused(name: str) -> None:
         estimator.step(state, Measurement(T + 0.02, y))
     for time_s, status in ((T, Status.SOLVED), (3 * T, Status.SOLVED), (0.0, Status.LATE)):
         _, estimate = estimator.step(state, Measurement(time_s, y))
-        assert estimate.status is status
+        assert estimate.status & ~Status.IMPROBABLE is status
 
 
 BAD: dict[str, tuple[dict[str, Any], str]] = {
