@@ -80,7 +80,7 @@ OPTIONS: Mapping[str, SettingOption] = MappingProxyType(
             help="Of the window's cost.", kind=_choice("HessianName", HESSIANS), read=str
         ),
         "ipopt": SettingOption(
-            help="IPOPT's own options: max_iter=500,mu_strategy=adaptive.",
+            help="IPOPT's own options, e.g. max_iter=500, by commas.",
             kind=str,
             read=ipopt_options,
         ),

@@ -203,7 +203,11 @@ def _with_bias(sensors: Mapping[str, Sensor], std_m_s2: float | None) -> dict[st
     if std_m_s2 is None:
         return changed
     for name, sensor in sensors.items():
-        fields = [field for field in type(sensor).model_fields if field.startswith("bias_")]
+        fields = [
+            field
+            for field in type(sensor).model_fields
+            if field.startswith(("bias_std_", "bias_walk_"))
+        ]
         if std_m_s2 == 0.0:
             changed[name] = sensor.model_copy(update=dict.fromkeys(fields, 0.0))
         elif "bias_std_m_s2" in fields:
