@@ -65,7 +65,7 @@ def test_gaps(name: str, sensors: str, gaps: str) -> None:
 @pytest.mark.parametrize(
     ("name", "real", "form"),
     [
-        ("ekf", "double", "covariance"),
+        pytest.param("ekf", "double", "covariance", marks=pytest.mark.slow),
         ("ekf", "float", "root"),
         ("mhe-rti", "double", "covariance"),
     ],

@@ -113,7 +113,7 @@ def newest(system: LinearSystem, outlier: float, estimator: str, **settings: Any
     return run_mhe(system.model, measurements, config, estimator)[-1].state.mean
 
 
-@pytest.mark.parametrize("estimator", CONVERGING)
+@pytest.mark.parametrize("estimator", [pytest.param("mhe-ipopt", marks=pytest.mark.slow), "mhe"])
 def test_an_outliers_pull_is_bounded(estimator: str) -> None:
     """Beyond the threshold the slope of the loss is constant: how far off does not matter."""
     huber = {"first": 1.5}
@@ -161,7 +161,10 @@ def test_a_threshold_that_nothing_reaches_is_least_squares(estimator: str) -> No
         assert one.iterations == other.iterations
 
 
-@pytest.mark.parametrize("settings", [{"huber": {"camera": 1.0}}, {"sparse_noise": 0.3}])
+@pytest.mark.parametrize(
+    "settings",
+    [{"huber": {"camera": 1.0}}, pytest.param({"sparse_noise": 0.3}, marks=pytest.mark.slow)],
+)
 def test_the_pens_optimum_is_ipopts(settings: dict[str, Any]) -> None:
     run = pens.draw_pen_run(10, seed=5)
     run.measurements[7].y[6] += 0.05  # 25 standard deviations of the camera's position
