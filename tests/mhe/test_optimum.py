@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from estimation.status import Status
 from suites.optimum.cases import window_bodies, window_case, window_table
 from suites.optimum.kinds import KINDS
 from suites.optimum.reference import IpoptReference
@@ -44,7 +45,9 @@ def listed(rows: Sequence[WindowRow]) -> str:
 def check(rows: Sequence[WindowRow]) -> WindowSummary:
     found = summary(rows)
     assert not found.missed, listed(found.missed)
-    assert found.verdicts[ABOVE] <= MOST_ABOVE * len(rows), listed(found.above)
+    # Of a few windows none: but one that is improbable says itself that there may be a lower one.
+    unsaid = [row for row in found.above if Status.IMPROBABLE not in row.status]
+    assert not unsaid, listed(unsaid)
     return found
 
 
