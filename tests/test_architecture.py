@@ -18,7 +18,6 @@ LARGEST_FILE = 250
 LARGER_FILES = {
     "benchmark/figures/plotly_figure.py": "all that knows how plotly wants a figure",
     "estimation/observability.py": "the matrix and what is read from it",
-    "mhe/reference/ipopt.py": "the problem and its solver's options belong together",
     "suites/pen/figures.py": "one function a figure",
 }
 """File above `LARGEST_FILE` → why it stays in one piece."""

@@ -22,7 +22,7 @@ from estimation.status import Status
 from mhe.config import MheConfig, RealTimeConfig
 from mhe.constraint_rows import demanded
 from mhe.sparse_qp.osqp_window import OsqpWindow, QpSolution, factor_of
-from mhe.trajectory import Trajectory, WindowSolution
+from mhe.trajectory import Trajectory, WindowSolution, driven
 from mhe.weights import Weights
 from mhe.window_memory import Scales
 from models.arrays import Array
@@ -131,12 +131,9 @@ class SequentialQp:
         self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
     ) -> _QpPoint:
         times = np.array([m.time_s for m in measurements])
-        x = [guess.states[0]]
         y = np.array([without_gaps(m.y) for m in measurements])
-        for k, (w, dt) in enumerate(zip(guess.noises, np.diff(times), strict=True)):
-            inputs = self.model.step_inputs(y[k], y[k + 1])
-            x.append(np.asarray(self.model.f(x[-1], w, dt, *inputs)).ravel())
-        return _QpPoint(times, y, np.array(x), guess.noises, prior)
+        start = driven(self.model, guess.states[0], guess.noises, measurements)
+        return _QpPoint(times, y, start.states, guess.noises, prior)
 
     def _step(
         self, qp: OsqpWindow, point: _QpPoint, measurements: tuple[Measurement, ...]

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
 from types import MappingProxyType
 from typing import Any
 
@@ -23,7 +22,7 @@ from estimation.inputs import all_with_inputs, without_readings
 from estimation.recording import Measurement
 from mhe.config import MheConfig
 from mhe.realtime import Mhe
-from mhe.trajectory import Trajectory
+from mhe.trajectory import Trajectory, driven
 from mhe.window_memory import View, window_memory
 from models.arrays import Array
 from models.errors import InputError
@@ -142,11 +141,8 @@ def rolled_out(
     model: StateSpaceModel, x_0: Array, measurements: Sequence[Measurement]
 ) -> Trajectory:
     """Return the trajectory without noise from a first state through a window's instants."""
-    states, no_noise = [x_0], np.zeros(model.n_w)
-    for last, here in pairwise(all_with_inputs(model, measurements)):
-        step = here.time_s - last.time_s, *model.step_inputs(last.y, here.y)
-        states.append(np.asarray(model.f(states[-1], no_noise, *step)).ravel())
-    return Trajectory(np.array(states), np.zeros((len(states) - 1, model.n_w)))
+    no_noises = np.zeros((len(measurements) - 1, model.n_w))
+    return driven(model, x_0, no_noises, all_with_inputs(model, measurements))
 
 
 @cache

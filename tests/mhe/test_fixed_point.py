@@ -8,7 +8,8 @@ import pytest
 from estimation.kalman_stage import KalmanStage
 from estimation.recording import Measurement
 from mhe.config import MheIpoptConfig
-from mhe.reference.ipopt import MheIpopt, MheState
+from mhe.reference.ipopt import MheIpopt
+from mhe.reference.state import MheState
 from models.arrays import Array
 from models.gaussian import GaussianState
 from tests.estimation import pens

@@ -12,7 +12,8 @@ from estimation.estimate import Estimate
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe.config import MheIpoptConfig
-from mhe.reference.ipopt import MheIpopt, MheState
+from mhe.reference.ipopt import MheIpopt
+from mhe.reference.state import MheState
 from models.arrays import Array
 from tests.configs import config_for
 from tests.estimation import pens

@@ -13,7 +13,8 @@ import pytest
 from benchmark.bodies import BODIES
 from estimation.kalman_stage import KalmanStage
 from mhe.config import MheIpoptConfig
-from mhe.reference.ipopt import MheIpopt, MheState
+from mhe.reference.ipopt import MheIpopt
+from mhe.reference.state import MheState
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.units import split_unit
