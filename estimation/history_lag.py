@@ -14,6 +14,12 @@ from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
 
 
+def no_innovations(history: Any) -> dict[str, Any]:
+    """Return the innovations of a history, all NaN: a smoothed estimate has seen its readings."""
+    names = ("innovation", "innovation_std", "squared_innovations")
+    return {name: np.full_like(getattr(history, name), np.nan) for name in names}
+
+
 class AtLag:
     """Estimates at a lag; the arrays are `estimation.history.EstimateHistory`'s."""
 
@@ -60,9 +66,7 @@ class AtLag:
             std=earlier.std,
             derived=earlier.derived,
             derived_std=earlier.derived_std,
-            innovation=np.full_like(rows.innovation, np.nan),
-            innovation_std=np.full_like(rows.innovation_std, np.nan),
-            squared_innovations=np.full_like(rows.squared_innovations, np.nan),
+            **no_innovations(rows),
             covariances=None
             if P is None or S is None
             else Covariances(P, np.full_like(S.innovation, np.nan)),

@@ -12,7 +12,7 @@ from estimation.recording import Truth
 from models.arrays import Array
 from models.names import unknown
 from models.outputs import Outputs
-from models.units import readable_unit, split_unit
+from models.units import unit_ending
 
 TURN = 2 * np.pi
 
@@ -82,7 +82,7 @@ class NamedColumns:
         if self.outputs is not None and name in self.outputs.names:
             return self.outputs.units[self.outputs.names.index(name)]
         index = self._state(name)
-        return self.state_units[index] if self.state_units else readable_unit(split_unit(name)[1])
+        return self.state_units[index] if self.state_units else unit_ending(name)
 
     def is_circular(self, name: str) -> bool:
         """Whether a turn more makes no difference to an output, by the model's own difference."""

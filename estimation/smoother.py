@@ -24,6 +24,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve, pinvh
 
 from estimation.covariances import Covariances
 from estimation.estimate import EstimateHistory
+from estimation.history_lag import no_innovations
 from estimation.inputs import all_with_inputs
 from estimation.kalman_stage import KalmanStage, Prediction
 from estimation.outputs import derived_outputs
@@ -74,9 +75,7 @@ def smoothed(
         derived=outputs[0],
         derived_std=outputs[1],
         step_time_s=took,
-        innovation=np.full_like(history.innovation, np.nan),
-        innovation_std=np.full_like(history.innovation_std, np.nan),
-        squared_innovations=np.full_like(history.squared_innovations, np.nan),
+        **no_innovations(history),
         covariances=Covariances(P, np.full_like(history.innovation_covariance, np.nan)),
     )
 

@@ -12,7 +12,7 @@ from models.gaussian import GaussianState
 from models.given_prior import Known, Prior, given_prior
 from models.names import several
 from models.own_inputs import Inputs
-from models.units import readable_unit, split_unit
+from models.units import unit_ending
 
 Matrix = float | Sequence[float] | Sequence[Sequence[float]] | Array
 """Also a pandas table. A number or a list is a matrix where only one fits: one row or column."""
@@ -110,7 +110,7 @@ def units_of(where: str, what: str, given: Inputs, n: int, stem: str) -> dict[st
     names = names_of(where, what, given, n, stem)
     if isinstance(given, Mapping):
         return dict(given)
-    return {name: readable_unit(split_unit(name)[1]) for name in names}
+    return {name: unit_ending(name) for name in names}
 
 
 def first_state(

@@ -14,7 +14,7 @@ import casadi as ca
 
 from models.errors import InputError
 from models.names import several, unknown
-from models.units import readable_unit, split_unit
+from models.units import unit_ending
 
 Inputs = Mapping[str, str] | Iterable[str]
 """Name → unit, or names whose unit is what they end in, if that is one."""
@@ -65,7 +65,9 @@ def own_inputs(
         If a name is given twice, is taken, or is interpolated and no input.
     """
     names = several(inputs)
-    units = tuple(inputs.values()) if isinstance(inputs, Mapping) else tuple(map(_unit, names))
+    units = (
+        tuple(inputs.values()) if isinstance(inputs, Mapping) else tuple(map(unit_ending, names))
+    )
     for name, unit in zip(names, units, strict=True):
         if not (isinstance(name, str) and name and isinstance(unit, str)):
             raise InputError(
@@ -80,7 +82,3 @@ def own_inputs(
         if name not in names:
             raise unknown(f"model {model}: interpolated input", name, names)
     return OwnInputs(names, units, several(interpolated))
-
-
-def _unit(name: str) -> str:
-    return readable_unit(split_unit(name)[1])

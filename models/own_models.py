@@ -23,7 +23,7 @@ from models.own_inputs import Inputs, own_inputs
 from models.own_parameters import OwnParts, with_parameters
 from models.own_sensors import OwnSensor, column, sensor_model
 from models.state_space import StateSpaceModel
-from models.units import readable_unit, split_unit
+from models.units import unit_ending
 
 
 def own_model(
@@ -120,7 +120,7 @@ def own_model(
     model = StateSpaceModel(
         name=name,
         state_names=every,
-        state_units=(*(of_names(state, _unit(state)) for state in names), *carried.units),
+        state_units=(*(of_names(state, unit_ending(state)) for state in names), *carried.units),
         f=f,
         sensors=tuple(
             sensor_model(key, sensor, x, own, given.named(*ends.values()))
@@ -143,8 +143,3 @@ def _taken(states: Iterable[str], sensors: Mapping[str, OwnSensor]) -> set[str]:
     """Return the names that no input may have: those of states, sensors and readings."""
     readings = {f"{name}_{axis}" for name, sensor in sensors.items() for axis in sensor.axes}
     return {*states, *sensors, *readings}
-
-
-def _unit(state: str) -> str:
-    """Return the SI unit that a name ends in, as people write it; nothing where there is none."""
-    return readable_unit(split_unit(state)[1])

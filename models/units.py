@@ -59,6 +59,11 @@ def readable_unit(unit: str) -> str:
     return f"{stem}/{per.replace('2', '²')}" if per in ("s", "s2") else unit
 
 
+def unit_ending(name: str) -> str:
+    """Return the SI unit that a name ends in, as people write it; nothing where there is none."""
+    return readable_unit(split_unit(name)[1])
+
+
 def shown(name: str, unit: str | None = None) -> tuple[str, str, float]:
     """Return how to show a quantity: its words, its unit, and the factor from SI to that unit.
 

@@ -10,6 +10,16 @@ static int is_held_back(const Window *s, const real *memory)
     return 0;
 }
 
+/* The states behind the first one follow from it and the noises. */
+static void roll_out(const Window *s, real *memory)
+{
+    const integer n_x = s->model.n_x;
+    real *x = memory + s->memory.x;
+    for (integer k = 0; k + 1 < (integer)memory[s->memory.count]; k++)
+        move(s, memory, k, STAGE(x, k, n_x), STAGE(memory + s->memory.w, k, s->model.n_w),
+             STAGE(x, k + 1, n_x));
+}
+
 /* The trajectory without noise from a first state beside the prior's mean and inside all bounds. */
 static void start_beside(const Window *s, real *memory)
 {
@@ -17,7 +27,7 @@ static void start_beside(const Window *s, real *memory)
     const Work *o = &s->work;
     const integer newest = (integer)memory[at->count] - 1, n_x = s->model.n_x;
     const real *P = memory + at->prior_covariance;
-    real *x = memory + at->x, *w = memory + at->w;
+    real *x = memory + at->x;
     for (integer i = 0; i < n_x; i++) o->d_try[i] = ASIDE * sqrt(variance(&s->model, P, i));
     retract(&s->model, memory + at->prior_mean, o->d_try, x);
     for (integer i = 0; i < n_x; i++) {
@@ -25,9 +35,8 @@ static void start_beside(const Window *s, real *memory)
         const real room = fmin(sqrt(variance(&s->model, P, i)), (upper - lower) / 2);
         x[i] = fmin(fmax(x[i], lower + room), upper - room);
     }
-    memset(w, 0, (size_t)(newest * s->model.n_w) * sizeof(real));
-    for (integer k = 0; k < newest; k++)
-        move(s, memory, k, STAGE(x, k, n_x), w, STAGE(x, k + 1, n_x));
+    memset(memory + at->w, 0, (size_t)(newest * s->model.n_w) * sizeof(real));
+    roll_out(s, memory);
     memset(memory + at->active, 0, (size_t)((newest + 1) * s->n_c) * sizeof(real));
 }
 
@@ -97,12 +106,10 @@ void window_solve(void *self, real *memory, real *result)
 {
     const Window *s = self;
     const integer newest = (integer)memory[s->memory.count] - 1, n_x = s->model.n_x;
-    real *x = memory + s->memory.x, *w = memory + s->memory.w;
+    const real *x = memory + s->memory.x;
     Solved solved = {NAN, 0, NAN};
     const double start = now(s);
-    for (integer k = 0; k < newest; k++)
-        move(s, memory, k, STAGE(x, k, n_x), STAGE(w, k, s->model.n_w),
-             STAGE(x, k + 1, n_x));
+    roll_out(s, memory);
     integer status = converge_twice(s, memory, start, &solved);
     if (status == 0 && is_improbable(s, memory, solved.cost)) status = STATUS_IMPROBABLE;
     copy(result + s->result.mean, STAGE(x, newest, n_x), n_x);

@@ -71,10 +71,9 @@ class Convergence:
         if not self._is_doubtful(window, first) or self._deadline.affordable(count) < count:
             return first
         kept = [(block, block.copy()) for block in (window.x, window.w, window.active)]
-        window.x[0], window.w[:] = started_beside(self._pass.stage.model, window.prior), 0
-        for k in range(len(window.w)):
-            window.x[k + 1] = self._pass.move(window, k, window.x[k], window.w[k])
-        window.active[:] = 0
+        window.w[:], window.active[:] = 0, 0
+        beside = started_beside(self._pass.stage.model, window.prior)
+        window.x[:] = self._pass.states_from(window, beside, window.w)
         again = self._converge(window, first.iterations)
         ends = again.status, again.cost, first.status, first.cost
         if is_better(*ends, is_free=self._pass.n_c == 0):

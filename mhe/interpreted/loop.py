@@ -93,8 +93,7 @@ class InterpretedWindow:
         memory = given.copy()
         self._deadline.begin()
         window = View.of(self.memory, memory)
-        for k in range(len(window.w)):
-            window.x[k + 1] = self._pass.move(window, k, window.x[k], window.w[k])
+        window.x[:] = self._pass.states_from(window, window.x[0], window.w)
         solved = self._judge(window, self._convergence.solve(window))
         state = replace(solved.known, mean=window.x[-1])
         return memory, self._report(window, state, solved, solved.status)

@@ -65,7 +65,11 @@ class WindowTrajectory:
 
     def roll_out(self, window: View, d: Array, w: Array) -> Array:
         """Return the states (n, n_x) that start at x̄ ⊞ d and are driven by w."""
-        x = [self.stage.retract(window.prior.mean, d)]
+        return self.states_from(window, self.stage.retract(window.prior.mean, d), w)
+
+    def states_from(self, window: View, x_0: Array, w: Array) -> Array:
+        """Return the states (n, n_x) that start at x_0 and are driven by w."""
+        x = [x_0]
         for k in range(len(window.times) - 1):
             x.append(self.move(window, k, x[-1], w[k]))
         return np.array(x)
