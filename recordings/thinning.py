@@ -106,21 +106,19 @@ def left_out_error(
     times, frames = recorded.sensor(sensor.name)
     used_times, _ = used.sensor(sensor.name)
     left_out = ~np.isin(times, used_times)
-    squares: list[np.ndarray] = []
-    for time_s, y in zip(times[left_out], frames[left_out], strict=True):
-        k = int(np.searchsorted(history.time_s, time_s, side="right")) - 1
-        if k < 0 or time_s > history.time_s[-1]:
-            continue
-        dt = time_s - history.time_s[k]
-        x = np.asarray(model.f(history.mean[k], np.zeros(model.n_w), dt)).ravel()
-        squares.append(np.asarray(sensor.residual(y, x)).ravel() ** 2)
-    if not squares:
+    known = left_out & (times >= history.time_s[0]) & (times <= history.time_s[-1])
+    if not known.any():
         return None
-    mean = np.mean(squares, axis=0)
+    times, frames = times[known], frames[known]
+    newest = np.searchsorted(history.time_s, times, side="right") - 1
+    dt = times - history.time_s[newest]
+    x = model.f(history.mean[newest].T, np.zeros((model.n_w, len(dt))), dt[None])
+    squares = np.asarray(sensor.residual(frames.T, x)) ** 2
+    mean = squares.mean(axis=1)
     rms = {
         unit: float(
             np.sqrt(sum(m for m, u in zip(mean, sensor.unit_of_row, strict=True) if u == unit))
         )
         for unit in dict.fromkeys(sensor.unit_of_row)
     }
-    return LeftOutError(len(squares), rms)
+    return LeftOutError(len(times), rms)
