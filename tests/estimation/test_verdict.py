@@ -66,7 +66,7 @@ def tangent_vector(model: StateSpaceModel, x: Array, direction: UnobservableDire
 
 
 @pytest.mark.parametrize(("n_q", "inertial", "tip_seen_by"), CONFIGURATIONS)
-@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize("moving", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_each_direction_leaves_every_reading_as_it_is(
     n_q: int, inertial: str, tip_seen_by: str, moving: bool
 ) -> None:

@@ -65,6 +65,9 @@ SETTINGS = [
     *(("filtered", losses) for losses in LOSSES if losses != "least squares"),
     ("smoothed", "both"),
 ]
+QUICK, SLOW = {SETTINGS[0], ("smoothed", "both")}, pytest.mark.slow
+"""The settings that quick tests try on every case; on the pendulum they try all."""
+
 CASES = {
     "pen": pen_case(),
     "pendulum": (pendulum.model(), disturbed(pendulum.simulate(26, 3), outlier=0.5)),
@@ -80,8 +83,14 @@ def with_sensor(settings: dict[str, Any], model: StateSpaceModel) -> dict[str, A
 
 
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
-@pytest.mark.parametrize(("arrival_cost", "losses"), SETTINGS)
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    ("arrival_cost", "losses", "name"),
+    [
+        pytest.param(*setting, name, marks=() if setting in QUICK or name == "pendulum" else SLOW)
+        for setting in SETTINGS
+        for name in CASES
+    ],
+)
 def test_every_step(
     name: str, arrival_cost: str, losses: str, kind: type[Mhe] | type[MheRti]
 ) -> None:

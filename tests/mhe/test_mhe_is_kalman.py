@@ -38,7 +38,13 @@ CASES = [
 TOLERANCE_STD = {"mhe-ipopt": 1e-9, "mhe-rti": 1e-10, "mhe": 1e-10}
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name in ("one axis", "coupled") else pytest.mark.slow)
+        for name in SYSTEMS
+    ],
+)
 @pytest.mark.parametrize(("estimator", "arrival_cost", "horizon"), CASES)
 def test_every_step_is_the_textbook_filters(
     name: str, estimator: str, arrival_cost: str, horizon: int
