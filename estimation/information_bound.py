@@ -21,7 +21,6 @@ from estimation.kalman_stage import KalmanStage
 from estimation.outputs import output_jacobian, outputs_of
 from estimation.recording import Measurement
 from models.arrays import Array
-from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 OBSERVABLE_FRACTION = 0.3
@@ -54,23 +53,15 @@ def information_bound(
         sensors whose residual is curved, where they are linearised
     states : (n, n_x) the true states, one per measurement
     """
-    stage, covariance, std = KalmanStage(model), model.prior.covariance, []
-    jacobian = output_jacobian(model)
-    before: tuple[Measurement, Array] | None = None
-    for measurement, x in zip(measurements, states, strict=True):
-        if before is not None:
-            dt = measurement.time_s - before[0].time_s
-            inputs = model.step_inputs(before[0].y, measurement.y)
-            known = GaussianState(before[1], covariance)
-            covariance = stage.predict(known, dt, inputs=inputs).state.covariance
-        covariance = stage.update(GaussianState(x, covariance), measurement.y).state.covariance
-        std.append(_std(jacobian(x).full(), covariance))
-        before = (measurement, x)
-    names, first = outputs_of(model).names, jacobian(states[0]).full()
-    return InformationBound(names, np.array(std), _std(first, model.prior.covariance))
+    given, jacobian = list(measurements), output_jacobian(model)
+    times, y = np.array([m.time_s for m in given]), np.array([m.y for m in given])
+    covariances = KalmanStage(model).along(model.prior, times, states, y)
+    J = jacobian(states.T).full().reshape(-1, *states.shape).transpose(1, 0, 2)
+    names = outputs_of(model).names
+    return InformationBound(names, _std(J, covariances), _std(J[0], model.prior.covariance))
 
 
 def _std(J: Array, covariance: Array) -> Array:
-    """Return standard deviations (n_o,) of outputs with Jacobian J (n_o, n_x)."""
-    std: Array = np.sqrt(((J @ covariance) * J).sum(axis=1))
+    """Return standard deviations (…, n_o) of outputs with Jacobians J (…, n_o, n_x)."""
+    std: Array = np.sqrt(((J @ covariance) * J).sum(axis=-1))
     return std

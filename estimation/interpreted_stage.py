@@ -66,6 +66,19 @@ class InterpretedStage:
         S[~there, ~there] = noise_std[~there] ** 2
         return d_plus, known, v, S, W, e, H, L
 
+    def along(self, P: GaussianState, x: Array, dt: Array, y: Array, present: Array) -> Array:
+        """Return the covariances (n, n_x, n_x) behind n rows; see `KalmanStage.along`."""
+        model, known, found = self._model, P, []
+        no_deviation, no_noise, ones = np.zeros(model.n_x), np.zeros(model.n_w), np.ones(model.n_w)
+        for k in range(len(x)):
+            if k > 0:
+                ends = (y[k - 1, model.n_y :], y[k, model.n_y :]) if model.n_u else ()
+                step = (x[k - 1], no_noise, float(dt[k]), ones, *ends)
+                _, _, known, _, _ = self.predict(no_deviation, known, *step)
+            _, known, *_ = self.update(no_deviation, known, x[k], y[k], present[k])
+            found.append(known.covariance)
+        return np.array(found)
+
     def lost(self) -> bool:
         """Return whether a reading since the last call has left fewer than two digits."""
         lost, self._digits_lost = self._digits_lost, False

@@ -187,6 +187,18 @@ class KalmanStage:
         updated = replace(known, mean=self.retract(at, d_plus))
         return Update(updated, d_plus, v, S, W, e, H, L, np.asarray(present) != 0)
 
+    def along(self, known: GaussianState, times: Array, x: Array, y: Array) -> Array:
+        """Return the covariances (n, n_x, n_x) that n rows of readings leave along known states.
+
+        Parameters
+        ----------
+        known : in front of the first row; its mean is not used
+        times, x, y : (n,) s, (n, n_x), (n, n_row) as of `estimation.recording.Recording.stacked`
+        """
+        present = np.array([rows_present(self.model, row) for row in y], dtype=float)
+        dt = np.diff(times, prepend=times[:1])
+        return self._made.along(known, x, dt, without_gaps(y), present)
+
     def remark(self) -> Status:
         """Return whether an update since the last call has lost its digits."""
         return Status.DIGITS_LOST if self._made.lost() else Status.SOLVED

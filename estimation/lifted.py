@@ -7,6 +7,7 @@ pen has a code of its own, to be compiled for seconds; as an argument they are d
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -27,6 +28,7 @@ class Lifted:
     constants: Array
 
 
+@lru_cache(maxsize=128)
 def lifted(function: ca.Function) -> Lifted:
     """Return a function of scalars (SX) with its numbers as the last argument.
 

@@ -11,6 +11,7 @@ The algebra behind them is plain C: estimation/covariance_stage.c and estimation
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -69,13 +70,14 @@ def readings_function(model: StateSpaceModel) -> ca.Function:
     )  # fmt: skip
 
 
-def loop_functions(model: StateSpaceModel) -> list[ca.Function]:
+@lru_cache(maxsize=16)
+def loop_functions(model: StateSpaceModel) -> tuple[ca.Function, ...]:
     """Return what every estimator's loop in C calls, transition and readings first."""
-    return [
+    return (
         transition_function(model),
         readings_function(model),
         *functions_beside(model),
-    ]
+    )
 
 
 def stage_fields(

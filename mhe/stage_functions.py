@@ -26,6 +26,8 @@ Bell (1994), The iterated Kalman smoother as a Gauss-Newton method, SIAM J. Opti
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import casadi as ca
 
 from estimation import in_order
@@ -190,20 +192,21 @@ def pass_functions(
     ]
 
 
-def window_functions(model: StateSpaceModel) -> list[ca.Function]:
+@lru_cache(maxsize=16)
+def window_functions(model: StateSpaceModel) -> tuple[ca.Function, ...]:
     """Return what a window needs of its model beside its stage."""
     x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
     inputs = step_symbols(model)
     reached = model.f(x, w, dt, *inputs.values())
     reached = model.retract(reached, ca.SX.zeros(model.n_x))  # angles within a turn
-    return [
+    return (
         constrain_function(model),
         measure_function(model),
         shake_function(model),
         judge_function(model),
         _function("move", {"x": x, "w": w, "dt": dt, **inputs}, reached=reached),
         difference_function(model),
-    ]
+    )
 
 
 def _function(name: str, arguments: dict[str, ca.SX], **results: ca.SX) -> ca.Function:

@@ -23,6 +23,7 @@ from estimation.recording import Recording
 from models.errors import InputError
 from models.pen import pen_model
 from models.pen_file import load_pen
+from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
 from pen_mhe.sensor_verdict import judge
 from pen_mhe.tuning.gaps import camera_elevation
@@ -110,7 +111,13 @@ def _read(path: str, pen: str) -> Recording:
 
 @cache
 def _estimator(pen: str, chosen: tuple[str, ...], name: str) -> Estimator[Any]:
-    return create_estimator(name, pen_model(load_pen(pen), chosen))
+    return create_estimator(name, _model(pen, chosen))
+
+
+@cache
+def _model(pen: str, chosen: tuple[str, ...]) -> StateSpaceModel:
+    """Return the model that estimators of a choice share, with what is derived of it."""
+    return pen_model(load_pen(pen), chosen)
 
 
 @cache

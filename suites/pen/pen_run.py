@@ -18,6 +18,7 @@ from estimation.estimator import Estimator, run
 from estimation.outputs import outputs_of
 from estimation.recording import Recording
 from models.pen import pen_model
+from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
 from pen_mhe.sensor_verdict import judge
 from recordings.simulate_pen import simulate
@@ -91,7 +92,13 @@ def _recording(case: str, sensors: str, seed: int) -> Recording:
 
 @cache
 def _estimator(case: str, sensors: str, name: str) -> Estimator[Any]:
-    return create_estimator(name, pen_model(assumed_pen(case), CONFIGURATIONS[sensors].sensors))
+    return create_estimator(name, _model(case, sensors))
+
+
+@cache
+def _model(case: str, sensors: str) -> StateSpaceModel:
+    """Return the model that estimators of a configuration share, with what is derived of it."""
+    return pen_model(assumed_pen(case), CONFIGURATIONS[sensors].sensors)
 
 
 @cache

@@ -21,6 +21,7 @@ from estimation.observability import Verdict
 from models.arrays import Array
 from models.priors import replaced_prior
 from models.random_streams import seed_sequence, stream
+from models.state_space import StateSpaceModel
 from models.table_motion import table_motions
 from models.turntable import TILTS, paper_turntable, turntable_model
 from pen_mhe.errors import state_errors
@@ -221,9 +222,13 @@ def run_wrong_start(task: Task) -> Outcome:
 
 @cache
 def _estimator(sensors: str, name: str, reached_after_s: float | None = None) -> Estimator[Any]:
-    table = told_table(reached_after_s)
-    model = turntable_model(table, TURNTABLE_CONFIGURATIONS[sensors].sensors)
-    return create_estimator(name, model)
+    return create_estimator(name, _model(sensors, reached_after_s))
+
+
+@cache
+def _model(sensors: str, reached_after_s: float | None) -> StateSpaceModel:
+    """Return the model that estimators of a configuration share, with what is derived of it."""
+    return turntable_model(told_table(reached_after_s), TURNTABLE_CONFIGURATIONS[sensors].sensors)
 
 
 @cache
