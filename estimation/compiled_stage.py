@@ -31,8 +31,8 @@ class CompiledStage:
         pointer = ctypes.c_void_p
         self._predict = ctypes.CFUNCTYPE(None, *[pointer] * 9)(described.predict.value)
         self._update = ctypes.CFUNCTYPE(None, *[pointer] * 7)(described.update.value)
-        along = ctypes.CFUNCTYPE(None, pointer, ctypes.c_longlong, *[pointer] * 8)
-        self._along = along(described.along.value)
+        sweep = ctypes.CFUNCTYPE(None, pointer, ctypes.c_longlong, *[pointer] * 8)
+        self._sweep = sweep(described.sweep.value)
         transition, readings, *_ = functions
         n_x, n_w, n_r, row = model.n_x, model.n_w, model.n_r, stride(model.n_x)
         patterns = transition.sparsity_out(1), transition.sparsity_out(2), readings.sparsity_out(1)
@@ -90,13 +90,13 @@ class CompiledStage:
         square = S.reshape(n_r, n_r).copy()
         return d_plus.copy(), self._known(P, state.mean), v.copy(), square, W, e.copy(), H, L
 
-    def along(self, P: GaussianState, x: Array, dt: Array, y: Array, present: Array) -> Array:
-        """Return the covariances (n, n_x, n_x) behind n rows; see `KalmanStage.along`."""
+    def sweep(self, P: GaussianState, x: Array, dt: Array, y: Array, present: Array) -> Array:
+        """Return the covariances (n, n_x, n_x) behind n rows; see `KalmanStage.sweep`."""
         n_x, n_w, _ = self._shape
         kept = np.empty((len(x), self._row, self._row))
         zeros, ones = np.zeros(max(n_x, n_w)), np.ones(n_w)
         given = [_doubles(a) for a in (stored(P), x, dt, y, present, zeros, ones)]
-        self._along(self._self, len(x), *(address(a) for a in given), address(kept))
+        self._sweep(self._self, len(x), *(address(a) for a in given), address(kept))
         return np.array([self._known(each, x[0]).covariance for each in kept])
 
     def lost(self) -> bool:

@@ -55,7 +55,7 @@ def information_bound(
     """
     given, jacobian = list(measurements), output_jacobian(model)
     times, y = np.array([m.time_s for m in given]), np.array([m.y for m in given])
-    covariances = KalmanStage(model).along(model.prior, times, states, y)
+    covariances = KalmanStage(model).sweep(model.prior, times, states, y)
     J = jacobian(states.T).full().reshape(-1, *states.shape).transpose(1, 0, 2)
     names = outputs_of(model).names
     return InformationBound(names, _std(J, covariances), _std(J[0], model.prior.covariance))

@@ -66,8 +66,8 @@ class InterpretedStage:
         S[~there, ~there] = noise_std[~there] ** 2
         return d_plus, known, v, S, W, e, H, L
 
-    def along(self, P: GaussianState, x: Array, dt: Array, y: Array, present: Array) -> Array:
-        """Return the covariances (n, n_x, n_x) behind n rows; see `KalmanStage.along`."""
+    def sweep(self, P: GaussianState, x: Array, dt: Array, y: Array, present: Array) -> Array:
+        """Return the covariances (n, n_x, n_x) behind n rows; see `KalmanStage.sweep`."""
         model, known, found = self._model, P, []
         no_deviation, no_noise, ones = np.zeros(model.n_x), np.zeros(model.n_w), np.ones(model.n_w)
         for k in range(len(x)):

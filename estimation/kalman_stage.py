@@ -187,7 +187,7 @@ class KalmanStage:
         updated = replace(known, mean=self.retract(at, d_plus))
         return Update(updated, d_plus, v, S, W, e, H, L, np.asarray(present) != 0)
 
-    def along(self, known: GaussianState, times: Array, x: Array, y: Array) -> Array:
+    def sweep(self, known: GaussianState, times: Array, x: Array, y: Array) -> Array:
         """Return the covariances (n, n_x, n_x) that n rows of readings leave along known states.
 
         Parameters
@@ -197,7 +197,7 @@ class KalmanStage:
         """
         present = np.array([rows_present(self.model, row) for row in y], dtype=float)
         dt = np.diff(times, prepend=times[:1])
-        return self._made.along(known, x, dt, without_gaps(y), present)
+        return self._made.sweep(known, x, dt, without_gaps(y), present)
 
     def remark(self) -> Status:
         """Return whether an update since the last call has lost its digits."""

@@ -15,7 +15,7 @@ void kernel_update(const Model *m, const real *d_minus, const real *P_minus, con
 
 /* The covariances (n, LD * LD) behind n rows of readings, linearised along known states x (n, n_x): P is
  * in front of the first. Rows y (n, n_row) have no gaps and end with the inputs; dt (n,) leads to each. */
-void kernel_along(const Model *m, integer n, const real *P, const real *x, const real *dt, const real *y,
+void kernel_sweep(const Model *m, integer n, const real *P, const real *x, const real *dt, const real *y,
                   const real *present, const real *zeros, const real *ones, real *covariances)
 {
     real reached[N_X], deviation[N_X], P_minus[LD * LD];

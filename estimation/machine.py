@@ -31,7 +31,7 @@ ARRAYS: Mapping[str, tuple[type, type]] = {
     "b": (np.uint8, BYTES),
 }
 """Kind of a NumPy array → its type and the pointer to it."""
-KERNEL = ("predict", "update", "along")
+KERNEL = ("predict", "update", "sweep")
 """Members of C's structure Model that hold the compiled stage."""
 
 
