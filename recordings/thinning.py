@@ -103,9 +103,10 @@ def left_out_error(
     -------
     None where no frame was left out after the first estimate.
     """
+    history = history.first_told()
     times, frames = recorded.sensor(sensor.name)
     used_times, _ = used.sensor(sensor.name)
-    left_out, history = ~np.isin(times, used_times), history.first_told()
+    left_out = ~np.isin(times, used_times)
     squares: list[np.ndarray] = []
     for time_s, y in zip(times[left_out], frames[left_out], strict=True):
         k = int(np.searchsorted(history.time_s, time_s, side="right")) - 1

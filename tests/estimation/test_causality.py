@@ -1,0 +1,102 @@
+"""Causality, proved: what arrives after an instant changes no estimate before it, by one bit."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pen_mhe as pm
+from estimation.estimate import EstimateHistory
+from estimation.estimator import Estimator, run, run_measurements
+from estimation.history import PER_STEP
+from estimation.recording import Recording
+from models.pen import pen_model
+from models.pen_file import load_pen
+from models.state_space import StateSpaceModel
+from tests.engines import needs_compiler
+from tests.estimation.arriving import Reading, changed_after, readings_of, recording_of
+
+SENSORS = ("accel", "gyro", "camera", "area")
+LAGS = (14, 15, 16, 17)
+SETTINGS: dict[str, dict[str, Any]] = {
+    "ekf": {},
+    "mhe-rti": {"horizon": 20, "lag_samples": LAGS},
+    "mhe": {"horizon": 20, "lag_samples": LAGS},
+    "mhe-ipopt": {"horizon": 20, "lag_samples": LAGS},
+}
+QUICK_S, LONG_S = 0.4, 2.0
+TIMES = ("step_time_s",)
+"""What a clock says of a run is its own."""
+
+
+@cache
+def model() -> StateSpaceModel:
+    """A pen with a late camera and a writing area, whose readings no sensor brings."""
+    return pen_model(load_pen("reference"), SENSORS)
+
+
+def recorded(duration_s: float) -> list[Reading]:
+    recording = pm.simulate(
+        "reference", ["accel", "gyro", "camera"], motion="handwriting", duration_s=duration_s
+    )
+    return readings_of(recording, np.random.default_rng(1), late="camera")
+
+
+def one_by_one(estimator: Estimator[Any], recording: Recording) -> EstimateHistory:
+    return run_measurements(estimator, recording.measurements(estimator.model, causal=True))
+
+
+def check(estimator: Estimator[Any], duration_s: float, *, cuts: int, driver: Any) -> None:
+    """Compare the estimates told until an instant with those of a recording changed after it."""
+    readings, rng = recorded(duration_s), np.random.default_rng(2)
+    whole = driver(estimator, recording_of("whole", readings))
+    late = (np.diff(whole.arrival_s) > 0) & (np.diff(whole.time_s) == 0)
+    assert late.sum() > 3
+    for after_s in rng.uniform(0.5, 0.9, cuts) * duration_s:
+        changed = driver(estimator, recording_of("changed", changed_after(readings, after_s, rng)))
+        n = int(np.searchsorted(whole.arrival_s, after_s, side="right"))
+        assert n == np.searchsorted(changed.arrival_s, after_s, side="right")
+        assert 20 < n < len(whole)
+        assert not np.array_equal(whole.mean[n], changed.mean[n])
+        before, same = whole[:n], changed[:n]
+        assert before.status == same.status
+        for name in set(PER_STEP) - set(TIMES):
+            np.testing.assert_array_equal(getattr(before, name), getattr(same, name), name)
+        for lag, told in before.lagged.items():
+            for ours, theirs in zip(told.arrays(), same.lagged[lag].arrays(), strict=True):
+                np.testing.assert_array_equal(ours, theirs)
+
+
+def causal_run(estimator: Estimator[Any], recording: Recording) -> EstimateHistory:
+    return run(estimator, recording, causal=True)
+
+
+DRIVERS = {"batch": causal_run, "step by step": one_by_one}
+
+
+@needs_compiler
+@pytest.mark.parametrize("driver", DRIVERS)
+@pytest.mark.parametrize("name", ["ekf", "mhe-rti", "mhe"])
+def test_what_arrives_later_changes_no_estimate(name: str, driver: str) -> None:
+    estimator = pm.create_estimator(name, model(), **SETTINGS[name])
+    check(estimator, QUICK_S, cuts=2, driver=DRIVERS[driver])
+
+
+@pytest.mark.slow
+@needs_compiler
+@pytest.mark.parametrize("driver", DRIVERS)
+@pytest.mark.parametrize("name", ["ekf", "mhe-rti", "mhe"])
+def test_nor_in_a_longer_recording(name: str, driver: str) -> None:
+    estimator = pm.create_estimator(name, model(), **SETTINGS[name])
+    check(estimator, LONG_S, cuts=6, driver=DRIVERS[driver])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["ekf", "mhe-rti", "mhe", "mhe-ipopt"])
+def test_nor_interpreted_or_by_ipopt(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("estimation.native.compiler", lambda: None)
+    estimator = pm.create_estimator(name, model(), **SETTINGS[name])
+    check(estimator, QUICK_S, cuts=2, driver=one_by_one)
