@@ -1,7 +1,8 @@
-"""A recording as what arrives, a reading each; and what arrives after an instant, changed at random."""
+"""A recording as what arrives, a reading each; what arrives after an instant, changed at random."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,15 +31,17 @@ def readings_of(recording: Recording, rng: np.random.Generator, late: str) -> li
     return found
 
 
-def recording_of(name: str, readings: list[Reading]) -> Recording:
-    """Return the recording of some readings, with their arrivals."""
+def recording_of(
+    name: str, readings: list[Reading], inputs: Mapping[str, tuple[Array, Array]] | None = None
+) -> Recording:
+    """Return the recording of some readings, with their arrivals, and of known inputs."""
     ordered = sorted(readings, key=lambda each: each.capture_s)
     sensors, arrivals = {}, {}
     for sensor in sorted({each.sensor for each in ordered}):
         own = [each for each in ordered if each.sensor == sensor]
         sensors[sensor] = (np.array([r.capture_s for r in own]), np.array([r.y for r in own]))
         arrivals[sensor] = np.array([each.arrival_s for each in own])
-    return Recording.from_sensors(name, sensors, arrivals=arrivals)
+    return Recording.from_sensors(name, sensors, inputs=inputs, arrivals=arrivals)
 
 
 def changed_after(

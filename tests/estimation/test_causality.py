@@ -18,6 +18,7 @@ from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
 from tests.engines import needs_compiler
 from tests.estimation.arriving import Reading, changed_after, readings_of, recording_of
+from tests.estimation.test_arrivals import model as forced_walk
 
 SENSORS = ("accel", "gyro", "camera", "area")
 LAGS = (14, 15, 16, 17)
@@ -61,13 +62,16 @@ def check(estimator: Estimator[Any], duration_s: float, *, cuts: int, driver: An
         assert n == np.searchsorted(changed.arrival_s, after_s, side="right")
         assert 20 < n < len(whole)
         assert not np.array_equal(whole.mean[n], changed.mean[n])
-        before, same = whole[:n], changed[:n]
-        assert before.status == same.status
-        for name in set(PER_STEP) - set(TIMES):
-            np.testing.assert_array_equal(getattr(before, name), getattr(same, name), name)
-        for lag, told in before.lagged.items():
-            for ours, theirs in zip(told.arrays(), same.lagged[lag].arrays(), strict=True):
-                np.testing.assert_array_equal(ours, theirs)
+        check_same(whole[:n], changed[:n])
+
+
+def check_same(one: EstimateHistory, other: EstimateHistory) -> None:
+    assert one.status == other.status
+    for name in set(PER_STEP) - set(TIMES):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), name)
+    for lag, told in one.lagged.items():
+        for ours, theirs in zip(told.arrays(), other.lagged[lag].arrays(), strict=True):
+            np.testing.assert_array_equal(ours, theirs)
 
 
 def causal_run(estimator: Estimator[Any], recording: Recording) -> EstimateHistory:
@@ -85,6 +89,34 @@ def test_what_arrives_later_changes_no_estimate(name: str, driver: str) -> None:
     check(estimator, QUICK_S, cuts=2, driver=DRIVERS[driver])
 
 
+@pytest.mark.usefixtures("interpreted")
+@pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
+def test_nor_do_inputs_that_come_later(name: str) -> None:
+    """Those of a model of one's own, at instants of their own."""
+    rng, walk, settings = np.random.default_rng(6), forced_walk(inputs=("force",)), {}
+    if name != "ekf":
+        settings = {"horizon": 8, "lag_samples": (3, 4)}
+    times = {"encoder": 0.01 * np.arange(30), "camera": 0.003 + 0.03 * np.arange(10)}
+    plain = Recording.from_sensors(
+        "plain", {key: (at, rng.standard_normal((len(at), 1))) for key, at in times.items()}
+    )
+    readings, force_s, after_s = readings_of(plain, rng, late="camera"), 0.007 * np.arange(42), 0.2
+    force = rng.standard_normal(42)
+    later = np.where(force_s > after_s, rng.standard_normal(42), force)
+    estimator = pm.create_estimator(name, walk, **settings)
+    whole = causal_run(estimator, recording_of("whole", readings, {"force": (force_s, force)}))
+    changed_readings = changed_after(readings, after_s, rng)
+    kept = (force_s <= after_s) | (rng.random(42) > 1 / 3)
+    changed = causal_run(
+        estimator,
+        recording_of("changed", changed_readings, {"force": (force_s[kept], later[kept])}),
+    )
+    n = int(np.searchsorted(whole.arrival_s, after_s, side="right"))
+    assert n == np.searchsorted(changed.arrival_s, after_s, side="right") > 40
+    check_same(whole[:n], changed[:n])
+    assert not np.array_equal(whole.mean[n], changed.mean[n])
+
+
 @pytest.mark.slow
 @needs_compiler
 @pytest.mark.parametrize("driver", DRIVERS)
@@ -99,4 +131,4 @@ def test_nor_in_a_longer_recording(name: str, driver: str) -> None:
 def test_nor_interpreted_or_by_ipopt(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("estimation.native.compiler", lambda: None)
     estimator = pm.create_estimator(name, model(), **SETTINGS[name])
-    check(estimator, QUICK_S, cuts=2, driver=one_by_one)
+    check(estimator, QUICK_S, cuts=1, driver=one_by_one)
