@@ -89,6 +89,17 @@ def test_what_arrives_later_changes_no_estimate(name: str, driver: str) -> None:
     check(estimator, QUICK_S, cuts=2, driver=DRIVERS[driver])
 
 
+def test_later_arrivals_change_no_row_before() -> None:
+    """What estimators are given, whatever they make of it: the writing area's readings too."""
+    readings, rng = recorded(LONG_S), np.random.default_rng(3)
+    whole = recording_of("whole", readings).as_arrived(model())
+    for after_s in rng.uniform(0.2, 0.9, 20) * LONG_S:
+        changed = recording_of("changed", changed_after(readings, after_s, rng))
+        n = int(np.searchsorted(whole[2], after_s, side="right"))
+        for one, other in zip(whole, changed.as_arrived(model()), strict=True):
+            np.testing.assert_array_equal(one[:n], other[:n])
+
+
 @pytest.mark.usefixtures("interpreted")
 @pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
 def test_nor_do_inputs_that_come_later(name: str) -> None:
