@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -35,8 +36,16 @@ TIMES = ("step_time_s",)
 
 @cache
 def model() -> StateSpaceModel:
-    """A pen with a late camera and a writing area, whose readings no sensor brings."""
-    return pen_model(load_pen("reference"), SENSORS)
+    """A pen with a late camera and a writing area, whose readings no sensor brings.
+
+    The area's periods are longer than the IMU's: a frame that comes late may be a period's first.
+    """
+    built = pen_model(load_pen("reference"), SENSORS)
+    sensors = [
+        each if each.constant_reading is None else replace(each, rate_hz=40.0)
+        for each in built.sensors
+    ]
+    return built.replace(sensors=tuple(sensors))
 
 
 def recorded(duration_s: float) -> list[Reading]:
@@ -81,9 +90,11 @@ def causal_run(estimator: Estimator[Any], recording: Recording) -> EstimateHisto
 DRIVERS = {"batch": causal_run, "step by step": one_by_one}
 
 
+QUICK = [(name, driver) for name in ("ekf", "mhe-rti") for driver in DRIVERS] + [("mhe", "batch")]
+
+
 @needs_compiler
-@pytest.mark.parametrize("driver", DRIVERS)
-@pytest.mark.parametrize("name", ["ekf", "mhe-rti", "mhe"])
+@pytest.mark.parametrize(("name", "driver"), QUICK)
 def test_what_arrives_later_changes_no_estimate(name: str, driver: str) -> None:
     estimator = pm.create_estimator(name, model(), **SETTINGS[name])
     check(estimator, QUICK_S, cuts=2, driver=DRIVERS[driver])
