@@ -38,11 +38,14 @@ class Source(RecordingOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class UsedPart:
-    """How much of a recording is used, and whether in both directions."""
+    """How much of a recording is used, in which order, and whether in both directions."""
 
     camera_rate: Annotated[float | None, typer.Option(help="Use fewer frames: Hz.")] = None
     camera_phase: Annotated[int, typer.Option(help="Which of the frames to keep.")] = 0
     duration: Annotated[float | None, typer.Option(help="Use only the first seconds.")] = None
+    causal: Annotated[
+        bool, typer.Option("--causal", help="Use readings when they arrive, not at capture.")
+    ] = False
     smooth: Annotated[
         bool, typer.Option("--smooth", help="Go back over a filter's estimates from the end.")
     ] = False
@@ -83,7 +86,8 @@ def estimate(
     """Estimate the motion of a pen from a recording.
 
     Writes one row per IMU sample: time_s, the states, their standard
-    deviations (…_std), status, iterations and step_time_s.
+    deviations (…_std), status, iterations and step_time_s; where a row
+    was told later than the instant it speaks of, arrival_s too.
     """
     # Tables and figures are slow to import: only where a command needs them.
     from pen_mhe.estimate_run import estimate_recording
@@ -113,6 +117,7 @@ def estimate(
                 writing_area=source.writing_area,
                 rest=source.rest,
                 smooth=part.smooth,
+                causal=part.causal,
             )
         write_table(result.output.to_pandas(), written.output)
         if written.figure is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Iterable
 from typing import Protocol, TypeVar, runtime_checkable
@@ -75,6 +76,7 @@ def run(
     on_progress: Callable[[int], None] | None = None,
     prior: Prior | None = None,
     covariances: bool = False,
+    causal: bool = False,
 ) -> EstimateHistory:
     """Drive an estimator over a recording, in compiled batches where it has them.
 
@@ -86,14 +88,18 @@ def run(
         many starts
     covariances : keep them in full, (n, n_x, n_x) and (n, n_r, n_r), not only their standard
         deviations: what `estimation.consistency.nees` needs
+    causal : give readings in the order in which they arrive, so that an estimate uses what had
+        arrived and never more; see `Recording.as_arrived`. False takes each at its capture
     """
     if on_step is None and isinstance(estimator, BatchEstimator):
-        time_s, y = recording.stacked(estimator.model)
+        time_s, y, *arrival_s = (recording.as_arrived if causal else recording.stacked)(
+            estimator.model
+        )
         start = estimator.init(prior)
         _, history = estimator.batch(
             start, time_s, y, covariances=covariances, on_progress=on_progress
         )
-        return history
+        return dataclasses.replace(history, arrival_s=arrival_s[0]) if arrival_s else history
 
     def told(estimate: Estimate) -> None:
         if on_step:
@@ -101,7 +107,7 @@ def run(
         if on_progress:
             on_progress(1)
 
-    measurements = recording.measurements(estimator.model)
+    measurements = recording.measurements(estimator.model, causal=causal)
     return run_measurements(
         estimator, measurements, on_step=told, prior=prior, covariances=covariances
     )
@@ -115,32 +121,37 @@ def run_measurements(
     prior: Prior | None = None,
     covariances: bool = False,
 ) -> EstimateHistory:
-    """Drive an estimator over any stream of measurements, a live one included; see `run`."""
+    """Drive an estimator over any stream of measurements, a live one included; see `run`.
+
+    They are taken in the order in which they come: that of their arrival.
+    """
     state = estimator.init(prior)
     lags = estimator.lags if isinstance(estimator, LookingBack) else ()
     parts: list[EstimateHistory] = []
     estimates: list[Estimate] = []
     step_times: list[float] = []
+    arrivals: list[float] = []
 
     def reduce() -> None:
-        parts.append(
-            collected(
-                estimator.name,
-                estimator.model,
-                estimates,
-                step_times,
-                covariances=covariances,
-                lags=lags,
-            )
+        part = collected(
+            estimator.name,
+            estimator.model,
+            estimates,
+            step_times,
+            covariances=covariances,
+            lags=lags,
         )
-        estimates.clear()
-        step_times.clear()
+        parts.append(dataclasses.replace(part, arrival_s=np.array(arrivals)))
+        for kept in (estimates, step_times, arrivals):
+            kept.clear()
 
     for measurement in measurements:
         start = time.perf_counter()
         state, estimate = estimator.step(state, measurement)
         step_times.append(time.perf_counter() - start)
         estimates.append(estimate)
+        arrival_s = measurement.arrival_s
+        arrivals.append(estimate.time_s if arrival_s is None else arrival_s)
         if on_step:
             on_step(estimate)
         if len(estimates) == BATCH_STEPS:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.covariances import Covariances
+from estimation.history_instants import AtInstants
 from estimation.history_lag import AtLag
 from estimation.history_rows import check_rows
 from estimation.lagged import LaggedEstimates
@@ -41,19 +42,21 @@ PER_STEP = (
     "step_time_s",
     "kkt_residual",
     "reused_stages",
+    "arrival_s",
 )
 """Arrays of a history with one entry per step."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EstimateHistory(NamedColumns, AtLag):
+class EstimateHistory(NamedColumns, AtInstants, AtLag):
     """All estimates of a run as plain arrays.
 
     Parameters
     ----------
     estimator : its name
     state_names : (n_x,)
-    time_s : (n,)
+    time_s : (n,) of which each row speaks: in order of capture all different, else a late
+        reading's row bears the newest instant again
     mean, std : (n, n_x) states, in their units, and the deviations of the tangent vector's
         components
     innovation, innovation_std : (n, n_r) and their standard deviations, NaN without a reading
@@ -69,6 +72,8 @@ class EstimateHistory(NamedColumns, AtLag):
     outputs : the model's; None where people read its states, see `names` and `values`
     state_units : (n_x,) as people write them; without any, SI units that end the names
     lagged : lag in samples → what the steps said of the instant so long before, see `at_lag`
+    arrival_s : (n,) when each row was told: nothing that it knows arrived later; `time_s` of the
+        newest instant where readings are taken at their capture
     """
 
     estimator: str
@@ -93,8 +98,11 @@ class EstimateHistory(NamedColumns, AtLag):
     outputs: Outputs | None = None
     state_units: tuple[str, ...] = ()
     lagged: Mapping[int, LaggedEstimates] = field(default_factory=FrozenMapping)
+    arrival_s: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
+        if len(self.arrival_s) != len(self.time_s):
+            object.__setattr__(self, "arrival_s", self.time_s)
         if not self.derived_names:  # no column, and as many rows as steps
             for name in ("derived", "derived_std"):
                 object.__setattr__(self, name, np.zeros((len(self.time_s), 0)))
@@ -154,30 +162,6 @@ class EstimateHistory(NamedColumns, AtLag):
         status = tuple(self.status[k] for k in np.arange(len(self))[rows])
         return dataclasses.replace(self._with_arrays(lambda array: array[rows]), status=status)
 
-    def at(self, time_s: Array) -> EstimateHistory:
-        """Return the estimates at some of the instants, given exactly.
-
-        Raises
-        ------
-        InputError
-            If there is no estimate at one of them.
-        """
-        time_s = np.atleast_1d(np.asarray(time_s, dtype=float))
-        there = np.isin(time_s, self.time_s)
-        if not there.all():
-            missing = time_s[~there][0]
-            raise InputError(f"no estimate at {missing:g} s, expected one of the run's instants")
-        return self[np.searchsorted(self.time_s, time_s)]
-
-    def between(self, start_s: float = -np.inf, end_s: float = np.inf) -> EstimateHistory:
-        """Return the estimates from one instant to another, both included.
-
-        An end before the start raises `InputError`.
-        """
-        if not start_s <= end_s:
-            raise InputError(f"from {start_s:g} s to {end_s:g} s, expected an end after the start")
-        return self[(self.time_s >= start_s) & (self.time_s <= end_s)]
-
     @property
     def covariance(self) -> Array:
         """(n, n_x, n_x), of a run that kept its covariances; raises `InputError` otherwise."""
@@ -222,10 +206,15 @@ class EstimateHistory(NamedColumns, AtLag):
         return plot_histories(labelled(self, others), states, truth=truth)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return a table: ``time_s``, `names`, ``<name>_std``, ``status``, ``step_time_s``."""
+        """Return a table: ``time_s``, `names`, ``<name>_std``, ``status``, ``step_time_s``.
+
+        Behind ``time_s`` stands ``arrival_s`` where that differs.
+        """
         import pandas as pd  # 0.3 s to import, which a live estimator has no use for
 
         table = pd.DataFrame({"time_s": self.time_s})
+        if not np.array_equal(self.arrival_s, self.time_s):
+            table["arrival_s"] = self.arrival_s
         table[list(self.names)] = self.values
         table[[f"{name}_std" for name in self.names]] = self.values_std
         table["status"] = [status.label for status in self.status]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from estimation.history_rows import first_rows
 from estimation.history_view import HistoryView
 from estimation.recording import Truth
 from models.arrays import Array
@@ -137,7 +138,7 @@ def _draw(
 ) -> None:
     words, unit, factor = shown(state, unit)
     curves = {
-        label: (h.time_s, h.column(state), h.std_of(state))
+        label: _curve(h, state)
         for label, h in histories.items()
         if state in h.names and len(h.time_s)
     }
@@ -163,6 +164,12 @@ def _draw(
     margin = 0.05 * (high - low)
     if np.isfinite(margin) and margin > 0:
         panel.set_ylim(factor * (low - margin), factor * (high + margin))
+
+
+def _curve(history: HistoryView, state: str) -> Curve:
+    """Return a state over time, each instant as it was told first."""
+    rows = first_rows(history.time_s)
+    return history.time_s[rows], history.column(state)[rows], history.std_of(state)[rows]
 
 
 def _settled(curves: Iterable[Curve]) -> tuple[float, float]:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from models.arrays import Array
 from models.errors import InputError
 
 
@@ -22,3 +26,8 @@ def check_rows(rows: object, n: int) -> None:
             f"a history was asked for [{rows!r}], expected a slice or an array of steps: one is "
             "history[k : k + 1], by time they are history.at(times) and history.between(start, end)"
         )
+
+
+def first_rows(time_s: Array) -> NDArray[Any]:
+    """Return the first row of each time, in order of time."""
+    return np.asarray(np.unique(time_s, return_index=True)[1])

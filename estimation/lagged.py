@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -61,3 +64,10 @@ class LaggedEstimates:
             derived_std=change(self.derived_std),
             covariance=None if self.covariance is None else change(self.covariance),
         )
+
+
+def chosen(offered: Sequence[LaggedEstimates], which: NDArray[np.intp]) -> LaggedEstimates:
+    """Return in each row (n,) what one of several lags says there."""
+    rows = np.arange(len(which))
+    columns = zip(*(each.arrays() for each in offered), strict=True)
+    return LaggedEstimates(*(np.array(arrays)[which, rows] for arrays in columns))

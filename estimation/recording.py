@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from estimation.input_columns import given_inputs, held
-from estimation.intervals import check_intervals
+from estimation.arrivals import given_arrivals, has_reading, merged_arrivals
+from estimation.input_columns import given_inputs
 from estimation.reading_columns import given_columns, given_readings, given_times
+from estimation.stacking import check_sensors, in_order_of_arrival, in_order_of_capture
 from estimation.truth import Truth as Truth  # many take both from here
 from models.arrays import Array, numbers
 from models.errors import InputError
@@ -26,10 +27,15 @@ class Measurement:
 
     Behind its n_y readings stand the inputs of a model that has some: see `stack` of
     `models.state_space.StateSpaceModel`. An input that is missing is as it was before.
+
+    Its time is that of capture. Measurements are given in the order in which they arrive, so one
+    may be older than those before it. When it arrived (s) is kept with the estimate, where it is
+    known; no estimator reads it.
     """
 
     time_s: float
     y: Array
+    arrival_s: float | None = None
 
     def __post_init__(self) -> None:
         if type(self.y) is not np.ndarray or self.y.dtype != np.float64:
@@ -49,12 +55,14 @@ class Recording:
     truth : true states, where known; no estimator is given them
     inputs : name → (n,) known inputs of a model of one's own, in its unit, NaN where one is as it
         was before; a number stays
+    arrivals : sensor name → (n,) when its readings arrive, s, NaN where there is none; a sensor
+        without has its model's delay: capture + `delay_s`
 
     Raises
     ------
     InputError
-        If it is empty, times do not increase, or readings or inputs have another shape or are
-        infinite.
+        If it is empty, times do not increase, readings, inputs or arrivals have another shape
+        or are infinite, or a reading arrives before its capture.
     """
 
     name: str
@@ -62,15 +70,18 @@ class Recording:
     readings: Mapping[str, Array]
     truth: Truth | None = None
     inputs: Mapping[str, Array] = field(default_factory=dict)
+    arrivals: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         where = f"recording {self.name}"
         time_s = given_times(where, self.time_s)
         readings = given_readings(where, len(time_s), self.readings)
         inputs = given_inputs(where, time_s, self.inputs)
+        arrivals = given_arrivals(where, time_s, readings, self.arrivals)
         object.__setattr__(self, "time_s", time_s)
         object.__setattr__(self, "readings", FrozenMapping(readings))
         object.__setattr__(self, "inputs", FrozenMapping(inputs))
+        object.__setattr__(self, "arrivals", FrozenMapping(arrivals))
 
     @classmethod
     def from_sensors(
@@ -80,6 +91,7 @@ class Recording:
         *,
         truth: Truth | None = None,
         inputs: Mapping[str, tuple[Array, Array]] | None = None,
+        arrivals: Mapping[str, Array] | None = None,
     ) -> Recording:
         """Merge sensors with time stamps of their own; no reading moves in time.
 
@@ -87,11 +99,13 @@ class Recording:
         ----------
         sensors : name → (times (n,) s, values (n, n_y) SI)
         inputs : name → (times (n,) s, values (n,)) of known inputs, held until the next time
+        arrivals : sensor name → (n,) when each of its readings arrives, s
 
         Raises
         ------
         InputError
-            If a sensor has two readings, or an input two values, at one time.
+            If a sensor has two readings, or an input two values, at one time, or not as many
+            arrivals as readings.
         """
         given = given_columns(f"recording {name}", inputs or {})
         both = [key for key in given if key in sensors]
@@ -115,7 +129,8 @@ class Recording:
             merged[np.searchsorted(time_s, times)] = values
             readings[sensor] = merged
         held = {name: readings.pop(name)[:, 0] for name in given}
-        return cls(name, time_s, readings, truth, held)
+        arrived = merged_arrivals(f"recording {name}", time_s, stamps, arrivals or {})
+        return cls(name, time_s, readings, truth, held, arrived)
 
     def __repr__(self) -> str:
         counts = ", ".join(f"{name} {len(self.sensor(name)[0])}" for name in self.readings)
@@ -139,7 +154,7 @@ class Recording:
                 f"recording {self.name} has no sensor {name}; "
                 f"{expected_one_of(name, self.readings)}"
             )
-        present = ~np.isnan(self.readings[name]).all(axis=1)
+        present = has_reading(self.readings[name])
         return self.time_s[present], self.readings[name][present]
 
     def select(self, sensors: Sequence[str]) -> Recording:
@@ -155,10 +170,17 @@ class Recording:
         return self._of(parts)
 
     def _of(self, sensors: Mapping[str, tuple[Array, Array]]) -> Recording:
-        """Return a recording of given sensors, with the truth and the inputs of this one."""
+        """Return a recording of some of the readings, with all else of this one."""
         given = {name: ~np.isnan(values) for name, values in self.inputs.items()}
         inputs = {name: (self.time_s[at], self.inputs[name][at]) for name, at in given.items()}
-        return self.from_sensors(self.name, sensors, truth=self.truth, inputs=inputs)
+        arrivals = {
+            name: self.arrivals[name][np.searchsorted(self.time_s, times)]
+            for name, (times, _) in sensors.items()
+            if name in self.arrivals
+        }
+        return self.from_sensors(
+            self.name, sensors, truth=self.truth, inputs=inputs, arrivals=arrivals
+        )
 
     def first(self, duration_s: float) -> Recording:
         """Return the first `duration_s` seconds."""
@@ -168,6 +190,7 @@ class Recording:
             time_s=self.time_s[kept],
             readings={name: values[kept] for name, values in self.readings.items()},
             inputs={name: values[kept] for name, values in self.inputs.items()},
+            arrivals={name: values[kept] for name, values in self.arrivals.items()},
         )
 
     def stacked(self, model: StateSpaceModel) -> tuple[Array, Array]:
@@ -189,34 +212,42 @@ class Recording:
             number of columns, an input is not known from the first instant on, or instants are
             no whole number of the model's intervals apart.
         """
-        check_intervals(self.name, self.time_s, model)
-        own = [s for s in model.sensors if s.rest is not None and s.name in self.readings]
-        for sensor in (*model.measured_sensors, *own):
-            width = self.readings[sensor.name].shape[1] if sensor.name in self.readings else None
-            if width is None:
-                self.sensor(sensor.name)
-            elif width != sensor.n_y:
-                raise InputError(
-                    f"recording {self.name}: {sensor.name} has {width} columns, "
-                    f"expected {sensor.n_y} ({', '.join(sensor.axes)})"
-                )
-        constant = model.stack(
-            {s.name: s.constant_reading for s in model.sensors if s.constant_reading is not None}
-        )
-        y = np.full((len(self.time_s), model.n_row), np.nan)
-        start = 0
-        for sensor in model.sensors:
-            columns = slice(start, start + sensor.n_y)
-            if sensor.constant_reading is not None:
-                y[sensor.first_of_each_period(self.time_s), columns] = constant[columns]
-            elif sensor.name in self.readings:  # rest, where an IMU tells it
-                y[:, columns] = self.readings[sensor.name]
-            start += sensor.n_y
-        for i, name in enumerate(model.input_names, model.n_y):
-            y[:, i] = held(self.name, self.time_s, self.inputs, name)
-        return np.asarray(self.time_s, dtype=float), y
+        check_sensors(self, model)
+        return in_order_of_capture(self, model)
 
-    def measurements(self, model: StateSpaceModel) -> Iterator[Measurement]:
-        """Yield the rows of `stacked`, instant by instant."""
-        for time_s, y in zip(*self.stacked(model), strict=True):
-            yield Measurement(float(time_s), y)
+    def as_arrived(self, model: StateSpaceModel) -> tuple[Array, Array, Array]:
+        """Return what the model's sensors measured in the order in which it arrived.
+
+        A row per capture and arrival, those of one arrival by capture; none where nothing
+        arrives. Inputs arrive at their instant; rows of late readings have none (NaN), nor a
+        constant reading.
+
+        Returns
+        -------
+        times of capture (n,) in s, which may go back, rows (n, n_row) as of `stacked`, and
+        arrivals (n,) in s, ascending
+
+        Raises
+        ------
+        InputError
+            As for `stacked`, or if none of the model's sensors has any reading.
+        """
+        check_sensors(self, model)
+        return in_order_of_arrival(self, model)
+
+    def measurements(
+        self, model: StateSpaceModel, *, causal: bool = False
+    ) -> Iterator[Measurement]:
+        """Yield the rows of `stacked`, instant by instant; causal ones are those of `as_arrived`.
+
+        Raises
+        ------
+        InputError
+            As for these.
+        """
+        if causal:
+            for time_s, y, arrival_s in zip(*self.as_arrived(model), strict=True):
+                yield Measurement(float(time_s), y, float(arrival_s))
+        else:
+            for time_s, y in zip(*self.stacked(model), strict=True):
+                yield Measurement(float(time_s), y)

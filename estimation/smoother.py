@@ -47,9 +47,15 @@ def smoothed(
     Raises
     ------
     InputError
-        If the history has no covariances, or other instants than the recording.
+        If the history has no covariances, other instants than the recording, or is of a causal
+        run with late readings.
     """
     P_plus = history.covariance
+    if not np.array_equal(history.arrival_s, history.time_s):
+        raise InputError(
+            "a smoother goes back over estimates in order of capture, but late readings have made "
+            "some of these, expected a run that is not causal"
+        )
     if not np.array_equal(history.time_s, recording.time_s):
         raise InputError(
             f"a history of {len(history)} steps on a recording of {len(recording.time_s)} "

@@ -142,8 +142,8 @@ class SensorModel:
         """Return the instants (n,) that are the first in their period; all without a rate."""
         if self.rate_hz is None:
             return np.ones(len(time_s), dtype=bool)
-        # Seconds since 1970 resolve no nanoseconds.
-        resolution = max(0.5 * 10**-TIME_DIGITS, 2 * float(np.spacing(np.abs(time_s).max())))
+        # Seconds since 1970 resolve no nanoseconds. By each instant: none knows of later ones.
+        resolution = np.maximum(0.5 * 10**-TIME_DIGITS, 2 * np.spacing(np.abs(time_s)))
         period = np.floor((time_s - time_s[0] + resolution) * self.rate_hz)
         return np.diff(period, prepend=-1.0) > 0
 

@@ -59,12 +59,13 @@ class HistoryComparison:
         return plot_histories(self.histories, drawn, truth=self.truth)
 
     def _row(self, history: EstimateHistory, columns: Columns) -> dict[str, Any]:
+        told = history.first_told()  # an instant that is told again counts once
         rms = (
             {}
             if self.truth is None
-            else root_mean_square(history.names, history.errors(self.truth), columns)
+            else root_mean_square(told.names, told.errors(self.truth), columns)
         )
-        claimed = root_mean_square(history.names, history.values_std, columns)
+        claimed = root_mean_square(told.names, told.values_std, columns)
         row: dict[str, Any] = {}
         for column in columns:
             if self.truth is not None and set(columns[column][0]) & set(self.truth.names):

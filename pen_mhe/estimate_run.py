@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from estimation.arrivals import arrival_of, has_reading
 from estimation.consistency import Consistency, consistency_of, nees, nis
 from estimation.estimate import EstimateHistory
 from estimation.estimator import LookingBack, run
@@ -18,8 +19,9 @@ from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
 from models.state_space import StateSpaceModel
+from pen_mhe.causal_lag import causal_lags, told_at
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, seen_only, state_errors
-from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_filter, create_estimator
+from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_estimator, check_filter, create_estimator
 from pen_mhe.run_result import EstimateRun
 from pen_mhe.sensor_verdict import judge
 from recordings.ink import ink_match
@@ -66,6 +68,7 @@ def estimate_recording(
     writing_area: bool = True,
     rest: bool = True,
     smooth: bool = False,
+    causal: bool = False,
 ) -> EstimateRun:
     """Estimate a recording and compare with whatever reference it brings.
 
@@ -82,14 +85,22 @@ def estimate_recording(
         sensor of rest (zero where an IMU says that it does not move) tells it instead
     smooth : go back over a filter's estimates, so that each knows the whole recording; output, ink
         and errors are those
+    causal : take readings as they arrive, see `estimation.estimator.run`; False takes each at its
+        capture, in spite of a delay. With ``lag_samples`` each sample of the fastest sensor is
+        told when so many of the same sensor have arrived after it
 
     Raises
     ------
     InputError
-        If no chosen sensor has readings of its own, or a name or number makes no sense.
+        If no chosen sensor has readings of its own, a name or number makes no sense, or a run is
+        to be both smooth and causal.
     """
     if smooth:
         check_filter(estimator)
+        if causal:
+            raise InputError(
+                "a run is causal and smooth, expected one: smoothing knows the whole recording"
+            )
     recording = loaded.recording
     chosen = tuple(sensors or default_sensors(pen, recording))
     if rest:
@@ -110,20 +121,28 @@ def estimate_recording(
         recorded = recorded.first(duration_s)
     cameras = [s for s in model.sensors if s.sees_pose]
     used = recorded if thinning is None else thinned(model, recorded, thinning)
-    on_progress = on_start(len(used.time_s)) if on_start else None
-    built = create_estimator(estimator, model, **(settings or {}))
-    keeps = smooth or _has_nees(model, used)
-    history = run(built, used, on_progress=on_progress, covariances=keeps)
-    lag = max(built.lags, default=0) if isinstance(built, LookingBack) else 0
-    if lag >= len(history):
-        raise InputError(
-            f"a recording of {len(history)} instants has none that is followed by {lag}, expected "
-            "more, or a shorter lag"
-        )
-    told = smoothed(model, used, history) if smooth else history.at_lag(lag)
     fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
-    times = used.sensor(fastest)[0]
-    output = told.at(times[np.isin(times, told.time_s)] if lag else times)
+    times, given = used.sensor(fastest)[0], dict(settings or {})
+    lag = 0
+    if causal:
+        check_estimator(estimator)
+        lag, given = causal_lags(estimator, given, used, fastest)
+    built = create_estimator(estimator, model, **given)
+    keeps = smooth or _has_nees(model, used)
+    steps = len(used.as_arrived(model)[0]) if causal else len(used.time_s)
+    on_progress = on_start(steps) if on_start else None
+    history = run(built, used, on_progress=on_progress, covariances=keeps, causal=causal)
+    if causal:
+        told = told_at(history, times, lag)
+    else:
+        lag = max(built.lags, default=0) if isinstance(built, LookingBack) else 0
+        if lag >= len(history):
+            raise InputError(
+                f"a recording of {len(history)} instants has none that is followed by {lag}, "
+                "expected more, or a shorter lag"
+            )
+        told = smoothed(model, used, history) if smooth else history.at_lag(lag)
+    output = told.at(times[np.isin(times, told.time_s)] if lag or causal else times)
     return EstimateRun(
         model=model,
         used=used,
@@ -134,7 +153,9 @@ def estimate_recording(
         nis=_nis(model, history),
         nees=_nees(model, told, used),
         ink=ink_match(output, loaded.ink) if loaded.ink else None,
-        zero_delay=tuple(s.name for s in model.sensors if s.delay_s > 0),
+        zero_delay=() if causal else tuple(s.name for s in model.sensors if s.delay_s > 0),
+        delays_s=_delays_s(model, used),
+        is_causal=causal,
         lag_samples=lag,
         rows_without=len(times) - len(output),
         is_smoothed=smooth,
@@ -153,6 +174,7 @@ def estimate(
     writing_area: bool = True,
     rest: bool = True,
     smooth: bool = False,
+    causal: bool = False,
     **settings: Any,
 ) -> EstimateRun:
     """Estimate a recording in one call, and judge it by whatever reference it brings.
@@ -166,7 +188,7 @@ def estimate(
     estimator : one of `pen_mhe.estimators.ESTIMATORS`
     units : of a file's columns, see `recordings.read.read_written`
     thinning, duration_s : see `estimate_recording`
-    writing_area, rest, smooth : see `estimate_recording`
+    writing_area, rest, smooth, causal : see `estimate_recording`
     settings : of the estimator, see `pen_mhe.estimators.create_estimator`
 
     Raises
@@ -194,6 +216,7 @@ def estimate(
         writing_area=writing_area,
         rest=rest,
         smooth=smooth,
+        causal=causal,
     )
 
 
@@ -214,6 +237,16 @@ def _true_rms(
     if np.isnan(truth.states(model.state_names, recording.time_s)).any():
         return dict(rms)
     return seen_only(model, rms, judge(model, recording))
+
+
+def _delays_s(model: StateSpaceModel, used: Recording) -> dict[str, float]:
+    """Return, of each sensor that is late, by how much: the median from capture to arrival."""
+    found = {}
+    for sensor in model.sensors:
+        if sensor.name in used.readings:
+            late = arrival_of(used.time_s, used.arrivals, sensor) - used.time_s
+            found[sensor.name] = float(np.median(late[has_reading(used.readings[sensor.name])]))
+    return {name: delay_s for name, delay_s in found.items() if delay_s > 0}
 
 
 def _nis(model: StateSpaceModel, history: EstimateHistory) -> Consistency | None:

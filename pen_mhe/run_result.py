@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -39,8 +40,10 @@ class EstimateRun:
         known; None where there is nothing to judge by
     ink : the path laid over the ink, where there is a scan
     zero_delay : sensors whose readings were used at their capture in spite of a delay
-    lag_samples : how many samples before the newest that it knows a row of `output` speaks of;
-        errors and ink are at this lag too
+    delays_s : of the sensors that are late, by how much: the median from capture to arrival, s
+    is_causal : whether readings were taken as they arrived, none at its capture before
+    lag_samples : how many samples before the newest that it knows a row of `output` speaks of
+        (of a causal run: samples of the fastest sensor); errors and ink are at this lag too
     is_smoothed : whether each row of `output` knows the whole recording; errors and ink too
     rows_without : samples of the fastest sensor that no row speaks of: so long has not passed since
     """
@@ -55,6 +58,8 @@ class EstimateRun:
     nees: Consistency | None
     ink: InkMatch | None
     zero_delay: tuple[str, ...]
+    delays_s: Mapping[str, float]
+    is_causal: bool = False
     lag_samples: int = 0
     is_smoothed: bool = False
     rows_without: int = 0
@@ -70,6 +75,20 @@ class EstimateRun:
 
         return estimate_figure(self.output, self.ink, truth=self.used.truth)
 
+    def _delay_sentences(self) -> list[str]:
+        if self.is_causal:
+            late = ", ".join(f"{name} {1e3 * s:.3g} ms" for name, s in self.delays_s.items())
+            what = f"after their capture ({late})" if late else "at their capture, none later"
+            return [
+                f"causal: an estimate uses what had arrived, and no more; readings arrive {what}"
+            ]
+        if not self.zero_delay:
+            return []
+        return [
+            f"zero delay: readings of {', '.join(self.zero_delay)} are used at the instant of "
+            "their stamp, taken as that of capture; figures do not compare with causal ones"
+        ]
+
     def sentences(self) -> list[str]:
         """Return what the run says of itself: statuses, times, errors, consistency, ink."""
         history, steps_ms = self.history, self.history.step_time_s * 1e3
@@ -81,16 +100,17 @@ class EstimateRun:
         ]
         median, p99 = np.median(steps_ms), np.quantile(steps_ms, 0.99)
         said.append(f"step time: median {median:.3g} ms, p99 {p99:.3g} ms")
-        if self.zero_delay:
-            said.append(
-                f"zero delay: readings of {', '.join(self.zero_delay)} are used at the instant of "
-                "their stamp, taken as that of capture; figures do not compare with causal ones"
-            )
+        said += self._delay_sentences()
         if self.lag_samples:
             said.append(
                 f"lag: each row speaks of the instant {self.lag_samples} samples before the newest "
                 f"that it knows; {self.rows_without} samples at the end, not followed by "
                 "so many, have no row"
+            )
+        elif self.rows_without:
+            said.append(
+                f"{self.rows_without} samples, older than another sensor's when they arrived, have "
+                "no row"
             )
         if self.is_smoothed:
             said.append("smoothed: each row knows the whole recording, what came later included")

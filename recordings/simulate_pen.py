@@ -62,7 +62,8 @@ def simulate(
     seed : of motion, biases, noise and losses; the same seed gives the same recording
     speed : plays the motion this many times faster
     stamps : ``capture`` stamps a reading with its true instant, ``arrival`` with the
-        instant its sensor's delay later; the truth is given at both
+        instant its sensor's delay later; the truth is given at both. When readings of a sensor
+        with a delay arrive stands in ``arrivals`` either way
 
     Raises
     ------
@@ -125,7 +126,8 @@ def _record(
     if stamps not in get_args(Stamps):
         raise InputError(f"stamps is {stamps}, {expected_one_of(stamps, get_args(Stamps))}")
     captured = sample_times(model, duration_s)
-    stamped = arrival_times(model, captured) if stamps == "arrival" else captured
+    arrived = arrival_times(model, captured)
+    stamped = arrived if stamps == "arrival" else captured
     time_s, root = union_of_times(captured, stamped), seed_sequence(seed)
     states = truth(time_s, captured, root)
     outputs = outputs_of(model)
@@ -139,4 +141,5 @@ def _record(
         {key: (stamped[key], values) for key, (_, values) in readings.items()},
         truth=Truth(time_s, (*model.state_names, *more), values),
         inputs={key: (time_s, u[:, i]) for i, key in enumerate(model.input_names)},
+        arrivals={key: at for key, at in arrived.items() if model.sensor(key).delay_s > 0},
     )

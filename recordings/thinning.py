@@ -103,6 +103,7 @@ def left_out_error(
     -------
     None where no frame was left out after the first estimate.
     """
+    history = history.first_told()
     times, frames = recorded.sensor(sensor.name)
     used_times, _ = used.sensor(sensor.name)
     left_out = ~np.isin(times, used_times)

@@ -1,8 +1,8 @@
 """What the columns of a recording's table mean, and the numbers in them.
 
-A header is a quantity and its unit: ``time_s``, ``<sensor>_<axis>_<unit>`` or
-``true_<state>``, each in any unit of its row of `models.units`; a sensor's may
-lack the unit.
+A header is a quantity and its unit: ``time_s``, ``<sensor>_<axis>_<unit>``,
+``<sensor>_arrival_s`` or ``true_<state>``, each in any unit of its row of `models.units`; a
+sensor's may lack the unit.
 
 Messages count rows of data from 1: row 1 is the one below the header.
 """
@@ -22,7 +22,7 @@ from models.pen_config import PenConfig
 from models.true_path import TRUE_NAMES
 from models.units import TIME_DIGITS, UNITS, accepted_names
 
-TIME, TRUTH_PREFIX = "time", "true_"
+TIME, TRUTH_PREFIX, ARRIVAL = "time", "true_", "arrival"
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,8 @@ def recording_columns(pen: PenConfig, units: Mapping[str, str]) -> dict[str, Col
             unit = units.get(sensor, si_unit)
             unit = unit if unit in accepted else si_unit
             columns[quantity] = Column(quantity, unit, accepted[unit])
+        arrival = f"{sensor}_{ARRIVAL}"
+        columns |= {f"{arrival}_{unit}": Column(arrival, unit, f) for unit, f in UNITS["s"].items()}
     for state in states:
         for spelling, factor in accepted_names(state).items():
             columns[TRUTH_PREFIX + spelling] = Column(TRUTH_PREFIX + state, "", factor)

@@ -1,7 +1,8 @@
 """Recordings of a model of one's own as tables: readings, known inputs and truth by name.
 
 Columns are ``time_s`` (or another unit of time), ``<sensor>_<axis>`` of every reading, an input's
-own name, and ``true_<state>``; all in the model's units. An empty cell is a sensor without a
+own name, and ``true_<state>``; all in the model's units; ``<sensor>_arrival_s`` where readings
+arrive later than they were captured. An empty cell is a sensor without a
 reading, and an input that is as it was before. Other columns are refused.
 """
 
@@ -15,8 +16,8 @@ from models.arrays import Array
 from models.errors import InputError
 from models.names import unknown
 from models.state_space import StateSpaceModel
-from models.units import UNITS
-from recordings.formats.columns import TRUTH_PREFIX, increasing_times, numbers
+from models.units import TIME_DIGITS, UNITS
+from recordings.formats.columns import ARRIVAL, TRUTH_PREFIX, increasing_times, numbers
 
 
 def recording_from_model_table(table: pd.DataFrame, model: StateSpaceModel, name: str) -> Recording:
@@ -33,8 +34,9 @@ def recording_from_model_table(table: pd.DataFrame, model: StateSpaceModel, name
     times = [header for header in headers if header in _times()]
     states = [TRUTH_PREFIX + state for state in model.state_names]
     needed = [*_readings(model), *model.input_names]
+    arrivals = {f"{sensor.name}_{ARRIVAL}_s": sensor.name for sensor in model.measured_sensors}
     for header in headers:
-        if header not in (*_times(), *needed, *states):
+        if header not in (*_times(), *needed, *arrivals, *states):
             raise unknown(f"{where}: column", header, ("time_s", *needed, *states))
     missing = [header for header in needed if header not in headers]
     if len(times) != 1 or missing:
@@ -51,7 +53,12 @@ def recording_from_model_table(table: pd.DataFrame, model: StateSpaceModel, name
     values = [given[state] for state in known]
     truth = Truth(time_s, names, np.column_stack(values)) if known else None
     inputs = {key: given[key] for key in model.input_names}
-    return Recording(name, time_s, readings, truth, inputs)
+    arrived = {
+        sensor: np.round(given[header], TIME_DIGITS)
+        for header, sensor in arrivals.items()
+        if header in headers
+    }
+    return Recording(name, time_s, readings, truth, inputs, arrived)
 
 
 def recording_to_model_table(recording: Recording, model: StateSpaceModel) -> pd.DataFrame:
@@ -60,6 +67,8 @@ def recording_to_model_table(recording: Recording, model: StateSpaceModel) -> pd
     for sensor in model.measured_sensors:
         for i, axis in enumerate(sensor.axes):
             columns[f"{sensor.name}_{axis}"] = recording.readings[sensor.name][:, i]
+        if sensor.name in recording.arrivals:
+            columns[f"{sensor.name}_{ARRIVAL}_s"] = recording.arrivals[sensor.name]
     columns |= {name: recording.inputs[name] for name in model.input_names}
     if recording.truth is not None:
         states = recording.truth.states(model.state_names, recording.time_s)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 from typing import Any
@@ -251,6 +252,12 @@ def test_a_table_holds_the_inputs(swing: Recording, tmp_path: Path) -> None:
         recording_from_model_table(table.drop(columns="gain"), model, "swing")
     with pytest.raises(InputError, match="column draught is unknown"):
         recording_from_model_table(table.assign(draught=0.0), model, "swing")
+    late = dataclasses.replace(swing, arrivals={"turns": swing.time_s + 0.5})
+    again = recording_from_model_table(recording_to_model_table(late, model), model, "late")
+    given = ~np.isnan(late.arrivals["turns"])
+    np.testing.assert_allclose(
+        again.arrivals["turns"][given], late.arrivals["turns"][given], rtol=0, atol=1e-9
+    )
 
 
 def test_the_page_runs() -> None:

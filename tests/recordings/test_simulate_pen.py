@@ -77,6 +77,13 @@ def test_stamps(stamps: Literal["capture", "arrival"]) -> None:
         (times, values), (at, expected) = recording.sensor(name), captured.sensor(name)
         np.testing.assert_allclose(times - at, later, rtol=0, atol=1e-9)
         np.testing.assert_array_equal(values, expected)
+    assert list(recording.arrivals) == ["camera"]
+    np.testing.assert_allclose(
+        recording.select(["camera"]).arrivals["camera"],
+        captured.sensor("camera")[0] + 0.045,
+        rtol=0,
+        atol=1e-9,
+    )
     names = pen_model(pen, SENSORS).state_names
     assert np.isfinite(of_truth(recording, names, recording.time_s)).all()
     np.testing.assert_array_equal(

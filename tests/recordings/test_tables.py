@@ -48,6 +48,29 @@ def test_round_trip_keeps_readings_and_truth(tmp_path: Path, suffix: str) -> Non
     np.testing.assert_allclose(again.truth.values, recording.truth.values, rtol=1e-14)
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+@pytest.mark.parametrize("stamps", ["capture", "arrival"])
+def test_arrivals_are_columns(tmp_path: Path, suffix: str, stamps: str) -> None:
+    recording = simulate(
+        PEN, ["accel", "camera"], motion="turn", duration_s=0.2, seed=1, stamps=stamps
+    )
+    written = recording_to_table(recording, PEN)
+    assert [name for name in written.columns if "arrival" in name] == ["camera_arrival_s"]
+    write_table(written, tmp_path / f"pen{suffix}")
+    again = read_recording(tmp_path / f"pen{suffix}", PEN)
+    assert list(again.arrivals) == ["camera"]
+    np.testing.assert_array_equal(again.arrivals["camera"], recording.arrivals["camera"])
+
+
+def test_arrivals_in_any_unit_of_time_and_with_readings_only() -> None:
+    found = recording_from_table(table(accel_arrival_ms=[2.0, 12.0, np.nan]).iloc[:2], PEN, "r")
+    np.testing.assert_array_equal(found.arrivals["accel"], [0.002, 0.012])
+    with pytest.raises(InputError, match="arrivals of camera, which has no readings; expected"):
+        recording_from_table(table(camera_arrival_s=[0.0, 0.1, 0.2]), PEN, "r")
+    with pytest.raises(InputError, match=r"reading of accel at 0\.02 s arrives at nan s, expected"):
+        recording_from_table(table(accel_arrival_s=[0.0, 0.1, np.nan]), PEN, "r")
+
+
 def test_truth_of_a_recording_stamped_on_arrival() -> None:
     """The truth is then given at more instants than there are readings."""
     recording = simulate(PEN, ["accel", "camera"], motion="turn", duration_s=0.2, stamps="arrival")

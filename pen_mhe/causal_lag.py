@@ -1,0 +1,73 @@
+"""A lag in samples of one sensor, where an estimator's counts those of all that have arrived."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from estimation.estimate import EstimateHistory
+from estimation.estimator import LookingBack
+from estimation.recording import Recording
+from estimation.settings import config_of
+from models.errors import InputError
+from pen_mhe.estimators import ESTIMATORS, configs
+
+
+def causal_lags(
+    estimator: str, settings: Mapping[str, Any], used: Recording, sensor: str
+) -> tuple[int, dict[str, Any]]:
+    """Return the lag that is asked for, and settings with all lags of a window that it may be.
+
+    So many samples of a sensor are as many stages of a window, and one more for each instant of
+    another sensor between them that has arrived by then.
+
+    Parameters
+    ----------
+    settings : of the estimator; of several `lag_samples` the largest is meant
+    sensor : whose samples count
+
+    Raises
+    ------
+    InputError
+        If the settings are not allowed, the sensor has no more samples than the lag, or the
+        window does not reach that far.
+    """
+    config = config_of(estimator, configs(), {**ESTIMATORS[estimator].defaults, **settings})
+    lag = max(config.lags, default=0) if isinstance(config, LookingBack) else 0
+    if lag == 0:
+        return 0, dict(settings)
+    times = used.sensor(sensor)[0]
+    if lag >= len(times):
+        raise InputError(
+            f"a recording of {len(times)} samples of {sensor} has none that is followed by {lag}, "
+            "expected more, or a shorter lag"
+        )
+    rows = np.searchsorted(used.time_s, times)
+    most = int((rows[lag:] - rows[:-lag]).max())
+    if most > settings.get("horizon", most):
+        raise InputError(
+            f"{lag} samples of {sensor} are up to {most} instants of all sensors, expected a "
+            f"horizon of at least {most}"
+        )
+    return lag, {**settings, "lag_samples": tuple(range(lag, most + 1))}
+
+
+def told_at(history: EstimateHistory, times: np.ndarray, lag: int) -> EstimateHistory:
+    """Return what a causal run says of a sensor's instants (n,), each `lag` of them later.
+
+    Instants that were older than another sensor's when they arrived have no row.
+
+    Raises
+    ------
+    InputError
+        If that leaves none.
+    """
+    newest = times[np.isin(times, history.time_s)]
+    if len(newest) <= lag:
+        raise InputError(
+            f"{len(newest)} of {len(times)} samples were the newest when they arrived, expected "
+            f"more than {lag}: the fastest sensor is later than others"
+        )
+    return history.at_lag_of(lag, newest)
