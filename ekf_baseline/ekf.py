@@ -103,7 +103,8 @@ class Ekf:
 
     def step(self, state: EkfState, measurement: Measurement) -> tuple[EkfState, Estimate]:
         """Predict to the measurement's time and update; one that is late changes what followed."""
-        check_step(self.model, state.time_s, measurement.time_s)
+        if (newest_s := state.time_s) is not None:
+            check_step(self.model, *sorted((newest_s, measurement.time_s)))
         memory, result = self._engine.step(state.memory, measurement.time_s, measurement.y)
         return EkfState(memory, state.layout), self._reader.estimate(result)
 
