@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ekf_baseline.ekf import EkfConfig, filter_loop, first_filter, packed_state
+from ekf_baseline.ekf import EkfConfig, filter_loop
+from ekf_baseline.state import first_filter, kept_for
 from estimation.loop import Loop
 from estimation.settings import config_of
 from mhe.compiled.loop import window_loop
@@ -32,8 +33,8 @@ class Exportable:
 
 
 def _ekf(model: StateSpaceModel, config: EkfConfig) -> tuple[Loop, Array]:
-    start = packed_state(first_filter(model, None))
-    return filter_loop(model, config), start
+    start = first_filter(model, kept_for(model, config.late_samples), None)
+    return filter_loop(model, config), start.memory
 
 
 def _mhe_rti(model: StateSpaceModel, config: MheRtiConfig) -> tuple[Loop, Array]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,23 +9,21 @@ from pathlib import Path
 import numpy as np
 
 from ekf_baseline.interpreted import FIRST, InterpretedFilter
+from ekf_baseline.state import EkfState, filter_memory, first_filter, kept_for
 from estimation.chosen import chosen
 from estimation.collect import Batches
 from estimation.engine import CompiledEngine, Loop
 from estimation.estimate import Estimate, EstimateHistory
-from estimation.estimator import first_state
 from estimation.intervals import check_step
-from estimation.layout import Layout
 from estimation.linearisation import loop_functions
 from estimation.recording import Measurement
-from estimation.rest import rest_blocks, rest_constants, rest_fields
+from estimation.rest import rest_constants, rest_fields
 from estimation.result import ResultReader
 from estimation.settings import checked_config
-from estimation.stored import restored, store, stride
+from estimation.stored import stride
 from estimation.symbolic_stage import difference_function
 from models.arrays import Array
 from models.errors import InputError
-from models.gaussian import GaussianState
 from models.given_prior import Prior
 from models.state_space import StateSpaceModel
 
@@ -40,36 +37,26 @@ class EkfConfig:
     gate_probability : a sensor's reading is dropped when its squared
         Mahalanobis distance to the prediction exceeds the χ² quantile of this
         probability; nearer to 1 drops less, None never drops
+    late_samples : how many measurements back it takes a late one, at least; more reaches further
+        and needs more memory, 0 keeps nothing and takes none. None follows from the model: twice as
+        many as all its sensors' rates give within the longest of their delays, at least 20
 
     Raises
     ------
     InputError
-        If the gate is not a probability.
+        If the gate is not a probability, or the number of measurements is negative.
     """
 
     gate_probability: float | None = None
+    late_samples: int | None = None
 
     def __post_init__(self) -> None:
+        if self.late_samples is not None and self.late_samples < 0:
+            raise InputError(f"late_samples is {self.late_samples}, expected 0 or more")
         if self.gate_probability is not None and not 0 < self.gate_probability < 1:
             raise InputError(
                 f"gate_probability is {self.gate_probability}, expected between 0 and 1"
             )
-
-
-@dataclass(frozen=True, eq=False)
-class EkfState:
-    """Time (None before the first measurement) and Gaussian x_k|k, or the prior x_0|-1.
-
-    ``seen`` (n_sensors,) is 1 for sensors whose readings were used, ``inputs`` (n_u,) the last
-    known ones, ``rest`` what the detector of rest remembers, see `estimation.rest.rest_blocks`;
-    empty where the model has none.
-    """
-
-    time_s: float | None
-    gaussian: GaussianState
-    seen: Array
-    inputs: Array
-    rest: Array
 
 
 class Ekf:
@@ -79,6 +66,10 @@ class Ekf:
     it has, both linearised at the filter's current mean. An update with the first readings
     of a sensor is linearised at its own posterior, iterated until that stays: a start two
     deviations off would otherwise leave a wrong tilt for good.
+
+    A measurement older than the newest is taken at its own instant: the filter goes back to a
+    state that it kept and makes all that followed again. What it then says is, to the last bit,
+    what it would have said had they come in order.
 
     References
     ----------
@@ -92,9 +83,10 @@ class Ekf:
     def __init__(self, model: StateSpaceModel, config: EkfConfig | None = None) -> None:
         self.model = model
         self.config = checked_config(self.name, config, EkfConfig)
+        self._kept = kept_for(model, self.config.late_samples)
         self._engine = chosen(
             lambda: CompiledEngine(model, filter_loop(model, self.config)),
-            lambda: InterpretedFilter(model, filter_memory(model), _gate(model, self.config)),
+            lambda: InterpretedFilter(model, self._kept, _gate(model, self.config)),
         )
         self._reader = ResultReader(model)
         self._batches = Batches(self.name, self._reader, self._engine.memory, self._engine.batch)
@@ -107,13 +99,14 @@ class Ekf:
         InputError
             If the prior is not of the model's size.
         """
-        return first_filter(self.model, prior)
+        return first_filter(self.model, self._kept, prior)
 
     def step(self, state: EkfState, measurement: Measurement) -> tuple[EkfState, Estimate]:
-        """Predict to the measurement's time and update."""
-        check_step(self.model, state.time_s, measurement.time_s)
-        memory, result = self._engine.step(packed_state(state), measurement.time_s, measurement.y)
-        return self._unpack(memory), self._reader.estimate(result)
+        """Predict to the measurement's time and update; one that is late changes what followed."""
+        if (newest_s := state.time_s) is not None:
+            check_step(self.model, *sorted((newest_s, measurement.time_s)))
+        memory, result = self._engine.step(state.memory, measurement.time_s, measurement.y)
+        return EkfState(memory, state.layout), self._reader.estimate(result)
 
     def batch(
         self,
@@ -131,53 +124,8 @@ class Ekf:
         time_s, y : (n,), (n, n_row), as of `estimation.recording.Recording.stacked`
         covariances, on_progress : see `estimation.estimator.run`
         """
-        memory, history = self._batches.take(
-            packed_state(state), time_s, y, covariances, on_progress
-        )
-        return self._unpack(memory), history
-
-    def _unpack(self, memory: Array) -> EkfState:
-        n_x, row = self.model.n_x, stride(self.model.n_x)
-        end = 1 + n_x + row * row
-        seen = end + len(self.model.sensors)
-        inputs = seen + self.model.n_u
-        gaussian = restored(memory[1 : n_x + 1], memory[n_x + 1 : end].reshape(row, row))
-        time_s = None if math.isnan(memory.item(0)) else memory.item(0)
-        return EkfState(time_s, gaussian, memory[end:seen], memory[seen:inputs], memory[inputs:])
-
-
-def filter_memory(model: StateSpaceModel) -> Layout:
-    """Return the layout of the filter's state; ``time_s`` is NaN before the first measurement."""
-    n_x, row = model.n_x, stride(model.n_x)
-    state = {
-        "time_s": (),
-        "mean": (n_x,),
-        "covariance": (row, row),
-        "seen": (len(model.sensors),),
-        "inputs": (model.n_u,),
-    }
-    return Layout("Memory", {**state, **rest_blocks(model)})
-
-
-def first_filter(model: StateSpaceModel, prior: Prior | None) -> EkfState:
-    """Return the state before the first measurement; a prior of None is the model's."""
-    detector = Layout("RestMemory", rest_blocks(model))
-    unseen, unknown = np.zeros(len(model.sensors)), np.full(model.n_u, np.nan)
-    return EkfState(None, first_state(model, prior), unseen, unknown, np.zeros(detector.size))
-
-
-def packed_state(state: EkfState) -> Array:
-    """Return a state as one flat array; see `filter_memory`."""
-    n_x, row = len(state.gaussian.mean), stride(len(state.gaussian.mean))
-    end = 1 + n_x + row * row
-    seen = end + len(state.seen)
-    inputs = seen + len(state.inputs)
-    memory = np.empty(inputs + len(state.rest))
-    memory[0] = np.nan if state.time_s is None else state.time_s
-    memory[1 : n_x + 1] = state.gaussian.mean
-    store(state.gaussian, memory[n_x + 1 : end].reshape(row, row))
-    memory[end:seen], memory[seen:inputs], memory[inputs:] = state.seen, state.inputs, state.rest
-    return memory
+        memory, history = self._batches.take(state.memory, time_s, y, covariances, on_progress)
+        return EkfState(memory, state.layout), history
 
 
 def _gate(model: StateSpaceModel, config: EkfConfig) -> Array | None:
@@ -191,13 +139,15 @@ def _gate(model: StateSpaceModel, config: EkfConfig) -> Array | None:
 
 
 def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
-    """Return the filter's loop, ekf_baseline/filter.c, for a model."""
+    """Return the filter's loop, ekf_baseline/filter.c and late.c, for a model."""
     n_x, n_w, n_r = model.n_x, model.n_w, model.n_r
-    row = stride(n_x)
+    row, kept = stride(n_x), kept_for(model, config.late_samples)
+    memory = filter_memory(model, kept)
+    own = memory.slices["count"].start if kept.capacity else 0
     return Loop(
-        sources=[Path(__file__).with_name("filter.c")],
+        sources=[Path(__file__).with_name(name) for name in ("filter.c", "late.c")],
         entry="filter",
-        memory=filter_memory(model),
+        memory=memory,
         functions=[loop_functions(model), [difference_function(model)]],
         fields={
             "gate": _gate(model, config),
@@ -215,6 +165,11 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
             "L": np.zeros((n_r, n_r)),
             "z": np.zeros(n_r),
             "rows": np.zeros(n_r, dtype=np.int64),
+            "capacity": kept.capacity,
+            "spacing": kept.spacing,
+            "other": np.zeros(own),
+            **{name: np.zeros(n_r) for name in ("told", "late_v", "late_used")},
+            "late_S": np.zeros((n_r, n_r)),
             **rest_fields(model),
         },
         constants={**FIRST, **rest_constants(model)},

@@ -1,4 +1,4 @@
-/* The extended Kalman filter: predict to the measurement's time, update with what it has.
+/* The extended Kalman filter: predict to a measurement's time, update with what it has.
  * Behind estimation/engine.c; the structures Memory and Filter are declared in front. */
 
 /* Squared Mahalanobis distance of some rows of an innovation; `count` rows, at most n_r. */
@@ -80,30 +80,23 @@ static integer settle(const Filter *f, real *mean, real *covariance)
     return updates;
 }
 
-void filter_step(void *self, const real *given, real *memory, real time, const real *y,
-                 real *result)
+/* From the state `given` to that of a measurement `dt` later: all of `memory` but its time. Returns
+ * the status but for remarks; innovations and what was used are left in the workspace. */
+static integer advance(const Filter *f, const real *given, real *memory, real dt, const real *y,
+                       integer *updates)
 {
-    const Filter *f = self;
     const Model *m = &f->model;
     const Memory *at = &f->memory;
-    const double start = seconds();
-    const real before = given[at->time_s], dt = isnan(before) ? 0 : time - before;
     const integer n_x = m->n_x;
-    integer status = 0, updates = 1;
-
-    if (dt < 0) {
-        copy(memory, given, at->size);
-        report_late(m, &f->result, result, before, given + at->mean, given + at->covariance);
-        result[f->result.step_time_s] = (real)(seconds() - start);
-        return;
-    }
+    integer status = 0;
+    *updates = 1;
     y = with_inputs(m, given + at->inputs, y);
     copy(memory + at->inputs, y + m->n_y, m->n_u);
 #if RESTS
     y = with_rest(m, &f->rest, at, given, memory, dt, y);
 #endif
     const real *reached = memory + at->inputs;
-    const real *u[] = {isnan(before) ? reached : given + at->inputs, reached};
+    const real *u[] = {isnan(given[at->time_s]) ? reached : given + at->inputs, reached};
     mark_present(m, y, f->present, f->clean);
     copy(f->used, f->present, m->n_r);
     real *predicted[] = {f->x_minus, 0, f->P_minus, 0, 0};
@@ -119,7 +112,7 @@ void filter_step(void *self, const real *given, real *memory, real time, const r
         update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->used, again);
     }
     retract(m, f->x_minus, f->d_plus, mean);
-    if (is_first(f, given, memory)) updates = settle(f, mean, covariance);
+    if (is_first(f, given, memory)) *updates = settle(f, mean, covariance);
     if (!(all_finite(mean, n_x) && is_covariance(m, covariance))) {
         const int predicts = all_finite(f->x_minus, n_x) && is_covariance(m, f->P_minus);
         status |= STATUS_NOT_FINITE; /* the last rung: the last estimate stays */
@@ -127,16 +120,5 @@ void filter_step(void *self, const real *given, real *memory, real time, const r
         copy(covariance, predicts ? f->P_minus : given + at->covariance, m->n_P);
         copy(memory + at->seen, given + at->seen, m->n_sensors);
     }
-    memory[at->time_s] = time;
-    status |= remarks(m, mean, covariance, y, f->used);
-    report(m, &f->result, result, time, mean, covariance, f->v, f->S, f->present, status);
-    result[f->result.iterations] = (real)updates;
-    result[f->result.step_time_s] = (real)(seconds() - start);
-}
-
-int filter_batch(Filter *f, real *memory, real *other, integer n, const real *time,
-                 const real *y, real *results)
-{
-    real *both[] = {memory, other};
-    return batch(filter_step, f, both, n, time, y, f->model.n_row, results, f->result.size);
+    return status;
 }

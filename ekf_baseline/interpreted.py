@@ -1,18 +1,20 @@
-"""The loop of ekf_baseline/filter.c in Python, for machines without a C compiler."""
+"""The loop of ekf_baseline/filter.c and late.c in Python, for machines without a C compiler."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ekf_baseline.log import Log
+from ekf_baseline.state import Kept, filter_memory
 from estimation.estimator import remarks
 from estimation.inputs import with_inputs
 from estimation.kalman_stage import KalmanStage, Update, rows_present
-from estimation.layout import Layout
 from estimation.outputs import derived_outputs
 from estimation.report import report
 from estimation.rest_detector import RestDetector
@@ -29,36 +31,75 @@ far, in standard deviations, its posterior then may be from where it was lineari
 up to 90° and told so take 3 to 12, by 170° some the whole number."""
 
 
+@dataclass(frozen=True, eq=False)
+class Step:
+    """What became of a row.
+
+    Parameters
+    ----------
+    first : the update with all its readings
+    used : (n_r,) rows of the residual that were used in the end
+    status : but for the remarks on the estimate
+    """
+
+    first: Update
+    used: NDArray[np.bool_]
+    status: Status
+    updates: int
+
+
 class InterpretedFilter:
     """The EKF's engine around the interpreted stage; see `estimation.result.Engine`.
 
     Parameters
     ----------
+    kept : how much of the past a state has
     gate : (n_r + 1,) limits of the squared distance by number of rows; None has no gate
     """
 
-    def __init__(self, model: StateSpaceModel, memory: Layout, gate: Array | None) -> None:
-        self.memory, self.result = memory, result_layout(model)
-        self._model, self._gate = model, gate
+    def __init__(self, model: StateSpaceModel, kept: Kept, gate: Array | None) -> None:
+        self.memory, self.result = filter_memory(model, kept), result_layout(model)
+        self._model, self._kept, self._gate = model, kept, gate
         self._stage, self._derived = KalmanStage(model), derived_outputs(model)
         self._rest = RestDetector(model)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
         """Return the state after a measurement and what the step says; `given` stays."""
-        start, model, at = time.perf_counter(), self._model, self.memory
-        _, y = checked_input(at, model, given, np.asarray(time_s), y)
-        before = float(at.view(given, "time_s"))
-        state = restored(at.view(given, "mean"), at.view(given, "covariance"))
+        start, at = time.perf_counter(), self.memory
+        _, y = checked_input(at, self._model, given, np.asarray(time_s), y)
+        memory, before = given.copy(), float(at.view(given, "time_s"))
+        log = Log(self._model, self._kept, at, memory)
+        own = memory[: at.slices["count"].start]
         if time_s < before:
-            return given.copy(), report(
-                self.result, self._derived, before, state, None, Status.LATE, 0
-            )
-        is_first = bool(np.isnan(before))
-        dt = 0.0 if is_first else time_s - before
-        y = with_inputs(model, at.view(given, "inputs"), y)
-        known = y[model.n_y :] if is_first else at.view(given, "inputs")
-        rest, y = self._rest.step(self._rest.part(at, given), dt, y)
+            found = log.insert(time_s, y)
+            if found is None:
+                return memory, self._report(memory, None, Status.LATE, 0)
+            step = self._replayed(log, own, *found)
+        else:
+            dt = 0.0 if np.isnan(before) else time_s - before
+            log.append(own, time_s, dt, y)
+            step = self._advance(own, time_s, dt, y)
+        state = restored(at.view(memory, "mean"), at.view(memory, "covariance"))
+        status = step.status | remarks(self._model, state, y, step.used)
+        result = self._report(memory, step.first, status, step.updates)
+        self.result.view(result, "step_time_s")[...] = time.perf_counter() - start
+        return memory, result
+
+    def _report(self, memory: Array, update: Update | None, status: Status, updates: int) -> Array:
+        at = self.memory
+        state = restored(at.view(memory, "mean"), at.view(memory, "covariance"))
+        time_s = float(at.view(memory, "time_s"))
+        return report(self.result, self._derived, time_s, state, update, status, updates)
+
+    def _advance(self, own: Array, time_s: float, dt: float, y: Array) -> Step:
+        """Take the filter's own state to a measurement `dt` later, in place."""
+        model, at = self._model, self.memory
+        state = restored(at.view(own, "mean").copy(), at.view(own, "covariance").copy())
+        y = with_inputs(model, at.view(own, "inputs"), y)
+        is_first = bool(np.isnan(at.view(own, "time_s")))
+        known = y[model.n_y :] if is_first else at.view(own, "inputs")
+        rest, y = self._rest.step(self._rest.part(at, own), dt, y)
         present, status = rows_present(model, y), Status.SOLVED
         inputs = (known, y[model.n_y :]) if model.n_u else ()
         predicted = self._stage.predict(state, dt, inputs=inputs).state
@@ -66,24 +107,50 @@ class InterpretedFilter:
         if (rejected := self._gated(update)).any():
             status |= Status.GATED
             update = self._stage.update(predicted, y, present & ~rejected)
-        seen, updates, gaussian = self._seen(given, update), 1, update.state
-        if (seen != at.view(given, "seen")).any():
+        seen, updates, gaussian = self._seen(own, update), 1, update.state
+        if (seen != at.view(own, "seen")).any():
             gaussian, updates = self._settled(predicted, y, update)
         if not _is_finite(gaussian):
             status |= Status.NOT_FINITE
             gaussian = predicted if _is_finite(predicted) else state  # the last rung
-            seen = at.view(given, "seen")
-        status |= remarks(model, gaussian, y, update.present) | self._stage.remark()
-        result = report(self.result, self._derived, time_s, gaussian, first, status, updates)
-        memory = np.empty(at.size)
-        at.view(memory, "time_s")[...] = time_s
-        at.view(memory, "mean")[:] = gaussian.mean
-        store(gaussian, at.view(memory, "covariance"))
-        at.view(memory, "seen")[:] = seen
-        at.view(memory, "inputs")[:] = y[model.n_y :]
-        self._rest.part(at, memory)[:] = rest
-        self.result.view(result, "step_time_s")[...] = time.perf_counter() - start
-        return memory, result
+            seen = at.view(own, "seen")
+        at.view(own, "time_s")[...] = time_s
+        at.view(own, "mean")[:] = gaussian.mean
+        store(gaussian, at.view(own, "covariance"))
+        at.view(own, "seen")[:] = seen
+        at.view(own, "inputs")[:] = y[model.n_y :]
+        self._rest.part(at, own)[:] = rest
+        return Step(first, update.present, status | self._stage.remark(), updates)
+
+    def _replayed(self, log: Log, own: Array, late: int, told: NDArray[np.bool_]) -> Step:
+        """Make the states from the log's row `late` on again; `own` is then the newest.
+
+        Parameters
+        ----------
+        told : (n_r,) rows of the residual that the late row may bring
+
+        Returns
+        -------
+        The step of the late row, with those alone and with the newest row's status.
+        """
+        spacing = self._kept.spacing
+        own[:] = log.checkpoints[late // spacing]
+        for row in range(late // spacing * spacing, len(log)):
+            if row % spacing == 0:
+                log.checkpoints[row // spacing] = own
+            step = self._advance(own, float(log.times[row]), float(log.steps[row]), log.rows[row])
+            if row == late:
+                found = step
+        told = told & found.first.present
+        used, first = told & found.used, found.first
+        S = np.where(np.outer(told, told), first.innovation_covariance, 0.0)
+        S[~told, ~told] = self._model.noise_std[~told] ** 2
+        status = (found.status | step.status) & ~Status.GATED
+        if (told & ~used).any():
+            status |= Status.GATED
+        return Step(
+            replace(first, present=told, innovation_covariance=S), used, status, found.updates
+        )
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Return the state after n measurements and what each step says, (n, result.size)."""

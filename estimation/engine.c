@@ -144,9 +144,9 @@ static void report_late(const Model *m, const Result *r, real *result, real time
 
 /* A whole recording: the same step, n times. `memory` holds two states; returns which
  * of them is the last. */
-static int batch(step_function step, void *self, real *memory[2], integer n,
-                 const real *time, const real *y, integer n_row, real *results,
-                 integer result_size)
+static inline int batch(step_function step, void *self, real *memory[2], integer n,
+                        const real *time, const real *y, integer n_row, real *results,
+                        integer result_size)
 {
     int at = 0;
     for (integer k = 0; k < n; k++, at = !at)

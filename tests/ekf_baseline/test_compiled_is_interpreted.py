@@ -23,10 +23,13 @@ ACCEL, *OTHERS = RUN.model.sensors
 MODEL = RUN.model.replace(sensors=(replace(ACCEL, reading_limit=40.0), *OTHERS))
 
 
-@pytest.mark.parametrize("gate", [None, 0.9, 0.999])
-def test_every_step(gate: float | None) -> None:
+@pytest.mark.parametrize(
+    ("gate", "late_samples"), [(None, None), (None, 0), (0.9, None), (0.999, 0)]
+)
+def test_every_step(gate: float | None, late_samples: int | None) -> None:
     measurements = disturbed(RUN.measurements, limit=39.99, outlier=3.0)
-    machine, plain = compiled_and_interpreted(lambda: Ekf(MODEL, EkfConfig(gate_probability=gate)))
+    config = EkfConfig(gate_probability=gate, late_samples=late_samples)
+    machine, plain = compiled_and_interpreted(lambda: Ekf(MODEL, config))
     estimates = steps(machine, measurements)
     for a, b in zip(estimates, steps(plain, measurements), strict=True):
         assert estimate_error(MODEL, a, b) < TOLERANCE_STD
@@ -34,7 +37,7 @@ def test_every_step(gate: float | None) -> None:
         assert a.time_s == b.time_s
         assert np.isfinite(a.state.mean).all()
     status = [estimate.status for estimate in estimates]
-    assert status[LATE_AT] is Status.LATE
+    assert (status[LATE_AT] is Status.LATE) == (late_samples == 0)
     assert status[EMPTY_AT] is Status.NO_READING
     assert Status.INFINITE_READING in status[INFINITE_AT]
     assert Status.SATURATED in status[ABSURD_AT]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ekf_baseline.ekf import Ekf
+from ekf_baseline.ekf import Ekf, EkfConfig
 from estimation.recording import Measurement
 from estimation.status import Status
 from models.arrays import Array
@@ -54,25 +54,29 @@ def test_empty_stages_in_between_change_nothing(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_late_measurement_is_flagged_and_changes_nothing(name: str) -> None:
+@pytest.mark.parametrize(("late_samples", "place"), [(0, 18), (4, 13)])
+def test_a_measurement_beyond_reach_is_flagged_and_changes_nothing(
+    name: str, late_samples: int, place: int
+) -> None:
     model, measurements = CASES[name]
-    ekf = Ekf(model)
+    ekf = Ekf(model, EkfConfig(late_samples=late_samples))
     state = ekf.init()
     for measurement in measurements[:20]:
         state, before = ekf.step(state, measurement)
-    late = Measurement(measurements[18].time_s, measurements[25].y)
+    late = Measurement(measurements[place].time_s, measurements[25].y)
     after, estimate = ekf.step(state, late)
-    assert Status.LATE in estimate.status
+    assert estimate.status is Status.LATE
     assert estimate.time_s == before.time_s == after.time_s
     np.testing.assert_array_equal(estimate.state.mean, before.state.mean)
     np.testing.assert_array_equal(after.gaussian.mean, state.gaussian.mean)
     np.testing.assert_array_equal(after.gaussian.covariance, state.gaussian.covariance)
+    assert after.n_rows == state.n_rows
 
 
 def test_a_late_measurement_is_not_said_to_lack_readings() -> None:
     """The sentence "no sensor had a reading" would be false: it had one, too late."""
     model, measurements = CASES["coupled"]
-    ekf = Ekf(model)
+    ekf = Ekf(model, EkfConfig(late_samples=0))
     state = ekf.init()
     for measurement in measurements[:3]:
         state, _ = ekf.step(state, measurement)

@@ -37,7 +37,9 @@ def functions() -> tuple[ca.Function, ca.Function]:
 
 def plain(state: EkfState) -> EkfState:
     """Return a state to which no reading is a first one."""
-    return dataclasses.replace(state, seen=np.ones(len(state.seen)))
+    plain = dataclasses.replace(state, memory=state.memory.copy())
+    plain.seen[:] = 1
+    return plain
 
 
 def first_tilts(model: StateSpaceModel, off_rad: float, seed: int) -> tuple[float, float]:

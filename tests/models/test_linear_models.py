@@ -169,7 +169,9 @@ def test_another_interval_is_refused() -> None:
 def test_another_interval_of_a_live_stream_is_refused(name: str) -> None:
     """And changes nothing: the next step is made as if it had not been."""
     model = discrete()
-    estimator = create_estimator(name, model, **settings_read(name, {"horizon": 2}))
+    estimator = create_estimator(
+        name, model, **settings_read(name, {"horizon": 2, "late_samples": 0})
+    )
     y = model.stack({"y": np.ones(2)}, {"u1": 0.0, "u2": 0.0})
     state, _ = estimator.step(estimator.init(), Measurement(0.0, y))
     state, _ = estimator.step(state, Measurement(T, y))
