@@ -19,6 +19,7 @@ from models.units import TIME_DIGITS
 
 INSTANTS = ("time_s", "times", "at_time")
 """Names of blocks of the state and of arrays of the workspace that hold times."""
+REBASE = "rebase(state, memory, (real)(state->newest_s - state->origin_s));"
 
 
 def interface(export: Exportable, start: Array, prefix: str, precision: Precision) -> str:
@@ -43,13 +44,13 @@ def interface(export: Exportable, start: Array, prefix: str, precision: Precisio
         first=first,
         start=braces(entries),
         measured=braces([str(column) for column in measured_columns(model)]),
-        time="late ? -INFINITY : (real)(time_s - state->origin_s)" if is_relative else "time_s",
+        time="(real)(time_s - state->origin_s)" if is_relative else "time_s",
         constants=_constants(export, precision) if constants else "",
         add_constants=_add_constants(prefix) if constants else "",
         check_inputs=_check_inputs(export) if model.n_u else "",
         call_constants="if (!late) add_constants(state, time_s, y);" if constants else "",
         rebase=_rebase(export, prefix) if is_relative else "",
-        call_rebase="rebase(state, memory, time);" if is_relative else "",
+        call_rebase=REBASE if is_relative else "",
         numbers="\n".join(
             f"    estimate->{name} = ({c_type})estimate->{TOLD}[{i}];"
             for i, (name, (c_type, _)) in enumerate(NUMBERS.items())

@@ -67,7 +67,7 @@ UNSOLVED = (
 SENTENCES = {
     Status.SOLVED: "The step was solved.",
     Status.NO_READING: "No sensor had a reading; the estimate is a prediction.",
-    Status.LATE: "A reading was older than the newest state and was not used.",
+    Status.LATE: "A reading was older than the estimator can reach and was not used.",
     Status.INFINITE_READING: "A reading was infinite and was not used.",
     Status.SATURATED: "A reading was at its sensor's range limit and was not used.",
     Status.GATED: "A reading was too far from its prediction and was not used.",

@@ -32,11 +32,9 @@ int @{prefix}_step(@{prefix}_state *state, double time_s, const @{prefix}_real r
     real *memory = state->memory[!state->at];
     real *told = (real *)((char *)estimate + offsetof(@{prefix}_estimate, @first));
     @{entry}_step(own, state->memory[state->at], memory, time, y, told);
-    if (!late) {
-        state->newest_s = time_s;
-        state->at = !state->at;
-        @call_rebase
-    }
+    if (!late) state->newest_s = time_s;
+    state->at = !state->at;
+    @call_rebase
     estimate->time_s = state->newest_s;
 @numbers
     return 0;

@@ -44,9 +44,9 @@ typedef struct {
 /* Begin: nothing is known but the prior. */
 void @{prefix}_init(@{prefix}_state *state);
 
-/* Take one measurement: all readings of one instant, in s on any clock that only grows.
- * A measurement that is older than the newest changes nothing and is told as
- * @{PREFIX}_STATUS_LATE. Returns 0, or -1 and nothing else where the time is not a finite number. */
+/* Take one measurement: all readings of one instant, in s. One that arrives when newer ones are
+ * there is taken at its own time, and told is again the newest instant; where it is older than the
+ * estimator can reach it changes nothing and is told as @{PREFIX}_STATUS_LATE. Returns 0, or -1 and nothing else where the time is not a finite number. */
 int @{prefix}_step(@{prefix}_state *state, double time_s, const @{prefix}_real readings[@{PREFIX}_N_Y],
         @{prefix}_estimate *estimate);
 
