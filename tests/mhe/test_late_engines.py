@@ -1,4 +1,4 @@
-"""Late readings in compiled C and around the interpreted stage: the same, whatever else a step does."""
+"""Late readings in compiled C and around the interpreted stage: the same."""
 
 from __future__ import annotations
 
@@ -72,8 +72,19 @@ SETTINGS: list[tuple[str, dict[str, Any]]] = [
 ]
 
 
-@pytest.mark.parametrize("kind", [MheRti, Mhe])
-@pytest.mark.parametrize(("name", "settings"), SETTINGS)
+CHEAP = ("coupled", "bounded")
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "kind"),
+    [
+        *((*row, MheRti) for row in SETTINGS),
+        *(
+            pytest.param(*row, Mhe, marks=() if row[0] in CHEAP else pytest.mark.slow)
+            for row in SETTINGS
+        ),
+    ],
+)
 def test_every_step(name: str, settings: dict[str, Any], kind: type[Mhe] | type[MheRti]) -> None:
     model, stream = CASES[name]
     config = config_for(kind, horizon=9, **settings)
