@@ -77,7 +77,7 @@ class WindowLoop:
         """Slide the window onto the measurement and solve it."""
         if self.model.interval_s is not None and (n := int(state.memory.item(0))):
             newest_s = state.memory.item(self._times + n - 1)
-            check_step(self.model, newest_s, measurement.time_s)
+            check_step(self.model, *sorted((newest_s, measurement.time_s)))
         memory, result = self._engine.step(state.memory, measurement.time_s, measurement.y)
         if self._fallback.is_needed(self._reader.status_of(result)):
             memory, result = self._fallback.solve(memory, result)

@@ -39,7 +39,8 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
     `mhe.constraint_rows`. ``costate`` is λ̂ that smoothed each stage, ``away`` how far later
     readings would have moved it, ``length`` its share of the squared length of the last step;
     the first ``stayed`` stages have the factors that they were smoothed with. ``wait`` is how many
-    samples the next second start waits (`mhe.second_start`).
+    samples the next second start waits (`mhe.second_start`). ``apart`` is 1 where a late reading
+    stands between two states that do not follow from each other yet (`mhe.late`).
     ``prior_deviation`` is that of the prior's mean from ``x_lin``, ``predicted`` x_k|k-1 of each
     stage when it was the newest, ``newest_mean`` and ``newest_covariance`` the last estimate,
     ``inputs`` the last known ones, NaN before the first measurement.
@@ -63,6 +64,7 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
             "length": (n_stages,),
             "stayed": (),
             "wait": (),
+            "apart": (),
             "active": (n_stages, n_c),
             "demanded": (n_stages, n_c),
             "predicted": (n_stages, n_x),
@@ -151,12 +153,15 @@ PER_STAGE = (
 BETWEEN_STAGES = ("w", "w_lin")
 
 
-WHOLE = ("stayed", "wait", "prior_deviation")
+WHOLE = ("stayed", "wait", "apart", "prior_deviation")
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """The stages of a window's flat array, as views: see `mhe.window_memory.window_memory`."""
+    """The stages of a window's flat array, as views: see `mhe.window_memory.window_memory`.
+
+    `told` is the stage of the measurement that the step was given.
+    """
 
     times: Array
     y: Array
@@ -174,13 +179,15 @@ class View:
     w_lin: Array
     stayed: Array
     wait: Array
+    apart: Array
     prior: GaussianState
     prior_deviation: Array
     newest: GaussianState
+    told: int
 
     @classmethod
-    def of(cls, layout: Layout, memory: Array) -> View:
-        """Look at as many stages as the window has."""
+    def of(cls, layout: Layout, memory: Array, told: int | None = None) -> View:
+        """Look at as many stages as the window has; by default the newest is told of."""
         count = int(layout.view(memory, "count"))
         stages = {block: layout.view(memory, block)[:count] for block in PER_STAGE}
         for block in BETWEEN_STAGES:
@@ -190,7 +197,8 @@ class View:
             for part in ("prior", "newest")
         )
         whole = {block: layout.view(memory, block) for block in WHOLE}
-        return cls(**stages, **whole, prior=prior, newest=newest)
+        at = count - 1 if told is None else told
+        return cls(**stages, **whole, prior=prior, newest=newest, told=at)
 
 
 @dataclass(frozen=True, eq=False)

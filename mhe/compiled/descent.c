@@ -161,16 +161,19 @@ static void take(const Window *s, real *memory, integer n_noises)
     const integer count = (integer)memory[s->memory.count], n_x = s->model.n_x;
     copy(memory + s->memory.x, o->x_try, count * n_x);
     copy(memory + s->memory.w, o->z_try + n_x, n_noises);
+    memory[s->memory.apart] = 0;
     copy(o->d, o->d_try, n_x);
     copy(o->violation, o->violation_try, s->n_c);
 }
 
-/* Whether the newest state follows from the one before: not where a prediction beyond a bound was
- * moved inside. Such a start costs nothing that a step could be held against. */
+/* Whether the states follow from each other: not where a late reading was put between two, nor where
+ * a prediction beyond a bound was moved inside. Such a start costs nothing that a step could be held
+ * against. */
 static int is_rolled_out(const Window *s, const real *memory)
 {
     const integer newest = (integer)memory[s->memory.count] - 1, n_x = s->model.n_x;
     const real *x = memory + s->memory.x, *w = memory + s->memory.w;
+    if (memory[s->memory.apart] != 0) return 0;
     if (s->n_c == 0 || newest == 0) return 1;
     move(s, memory, newest - 1, STAGE(x, newest - 1, n_x), STAGE(w, newest - 1, s->model.n_w),
          s->work.reached);

@@ -169,7 +169,8 @@ static void carry_back(const Window *s, real *mu)
 #endif
 
 /* Kalman stages linearised at (x, w), from the prior's deviation δ⁻ at the first stage;
- * conditioned on the rows of the active set where these are `held`. Returns the sum of squared
+ * conditioned on the rows of the active set where these are `held`. The stage of the measurement
+ * that the step was given, `told`, tells v and S. Returns the sum of squared
  * whitened innovations of the stages that it made, NAN where rows cannot be held. */
 static real forward(const Window *s, const real *memory, const real *deviation, const real *x,
                     const real *w, const real *row_scale, const real *noise_scale, int held)
@@ -180,7 +181,7 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
     const integer n_w = m->n_w;
     const real *y = memory + s->memory.y;
     const integer known = unchanged(s, memory, deviation, x, w, row_scale, noise_scale);
-    const integer first = known < count ? known : count - 1; /* the newest tells v and S */
+    const integer told = o->told[0], first = known < told ? known : told;
     o->ring[MADE] = count;
     o->reused[0] = (real)first;
     for (integer k = first; k < count; k++) {
@@ -208,9 +209,9 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
         copy(SLOT(o->at_x, k, n_x), STAGE(x, k, n_x), n_x);
         copy(SLOT(o->at_y, k, m->n_row), STAGE(y, k, m->n_row), m->n_row);
         copy(SLOT(o->at_rows, k, n_r), STAGE(row_scale, k, n_r), n_r);
-        const int newest = k == count - 1;
+        const int tells = k == told;
         real *updated[] = {SLOT(o->d_plus, k, n_x),  SLOT(o->P_plus, k, s->model.n_P),
-                           newest ? o->v : 0,        newest ? o->S : 0,
+                           tells ? o->v : 0,         tells ? o->S : 0,
                            SLOT(o->W, k, s->model.stride * n_r), SLOT(o->e, k, n_r),
                            SLOT(o->H, k, s->nnz_H),  SLOT(o->L, k, s->nnz_L)};
         update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_row),
@@ -221,10 +222,10 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
             return NAN;
         }
 #endif
-        if (LOSSES && newest && s->has_losses) { /* told is the innovation itself, not its weighed share */
-            real *told[] = {0, 0, o->v, o->S, 0, 0, 0, 0};
+        if (LOSSES && tells && s->has_losses) { /* told is the innovation itself, not its weighed share */
+            real *unweighed[] = {0, 0, o->v, o->S, 0, 0, 0, 0};
             update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_row),
-                   STAGE(memory + s->memory.present, k, n_r), told);
+                   STAGE(memory + s->memory.present, k, n_r), unweighed);
         }
     }
     real squares = 0;

@@ -32,7 +32,8 @@ PASS_SOURCES = (
     "one_pass.c",
 )
 LAGGED_SOURCE = "lagged.c"
-DESCENT_SOURCES, WINDOW_SOURCE = ("descent.c", "second_start.c"), "window.c"
+DESCENT_SOURCES = ("descent.c", "second_start.c")
+WINDOW_SOURCES = ("late.c", "slide.c", "window.c")
 FUNCTIONS_OF: Mapping[str, tuple[str, ...]] = {
     "CONSTRAINED": ("constrain",),
     "LOSSES": ("measure", "shake"),
@@ -77,7 +78,7 @@ def window_loop(
     descent = DESCENT_SOURCES if parts["CONVERGES"] else ()
     sources = [name for name in PASS_SOURCES if parts["LAGGED"] or name != LAGGED_SOURCE]
     return Loop(
-        sources=[Path(__file__).with_name(name) for name in (*sources, *descent, WINDOW_SOURCE)],
+        sources=[Path(__file__).with_name(name) for name in (*sources, *descent, *WINDOW_SOURCES)],
         entry="window",
         memory=memory,
         lags=config.lags,

@@ -37,6 +37,7 @@ static void start_beside(const Window *s, real *memory)
     }
     memset(memory + at->w, 0, (size_t)(newest * s->model.n_w) * sizeof(real));
     roll_out(s, memory);
+    memory[at->apart] = 0;
     memset(memory + at->active, 0, (size_t)((newest + 1) * s->n_c) * sizeof(real));
 }
 
@@ -78,6 +79,7 @@ static integer converge_twice(const Window *s, real *memory, double start, Solve
         {o->x_first, memory + at->x, count * m->n_x},
         {o->w_first, memory + at->w, (count - 1) * m->n_w},
         {o->active_first, memory + at->active, count * s->n_c},
+        {o->apart_first, memory + at->apart, 1},
         {o->P_newest, SLOT(o->P_plus, count - 1, m->n_P), m->n_P},
         {o->v_first, o->v, n_r},
         {o->S_first, o->S, n_r * n_r}};
@@ -110,6 +112,7 @@ void window_solve(void *self, real *memory, real *result)
     Solved solved = {NAN, 0, NAN};
     const double start = now(s);
     roll_out(s, memory);
+    s->work.told[0] = newest;
     integer status = converge_twice(s, memory, start, &solved);
     if (status == 0 && is_improbable(s, memory, solved.cost)) status = STATUS_IMPROBABLE;
     copy(result + s->result.mean, STAGE(x, newest, n_x), n_x);

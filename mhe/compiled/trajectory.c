@@ -24,14 +24,21 @@ static const real *inputs_at(const Window *s, const real *memory, integer k)
     return STAGE(memory + s->memory.y, k, s->model.n_row) + s->model.n_y;
 }
 
+/* f(x, w) of a step, with the inputs at both of its ends. */
+static void move_on(const Window *s, real dt, const real *const u[2], const real *x, const real *w,
+                    real *reached)
+{
+    const real *arguments[] = {x, w, &dt, u[0], u[1]};
+    real *results[] = {reached};
+    call(&s->model, &s->move, arguments, results);
+}
+
 /* f(x, w) of the step behind stage k. */
 static void move(const Window *s, const real *memory, integer k, const real *x, const real *w,
                  real *reached)
 {
-    const real dt = interval(s, memory, k);
-    const real *arguments[] = {x, w, &dt, inputs_at(s, memory, k), inputs_at(s, memory, k + 1)};
-    real *results[] = {reached};
-    call(&s->model, &s->move, arguments, results);
+    const real *u[] = {inputs_at(s, memory, k), inputs_at(s, memory, k + 1)};
+    move_on(s, interval(s, memory, k), u, x, w, reached);
 }
 
 /* Cost of readings and noises of a trajectory, and the scales by which its losses weigh

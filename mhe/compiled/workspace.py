@@ -60,6 +60,9 @@ def workspace(
         "no_noise": n_w,
         "nothing_present": n_r,
         "row": model.n_row,
+        "joined": model.n_row,
+        "late_rows": n_r,
+        "w_late": n_w,
         "reused": 1,
         "pass_time": 3,
         "violation": n_c,
@@ -90,6 +93,7 @@ def workspace(
         "x_first": n_stages * n_x,
         "w_first": n_stages * n_w,
         "active_first": n_rows,
+        "apart_first": 1,
         "P_newest": row * row,
         "v_first": n_r,
         "S_first": n_r * n_r,
@@ -110,6 +114,7 @@ def workspace(
     return {
         **{name: np.zeros(size) for name, size in sizes.items()},
         "ring": np.zeros(2, dtype=np.int64),
+        "told": np.zeros(1, dtype=np.int64),
         "set": np.zeros(most_held + 1, dtype=np.int64),
         "unit_noises": np.ones(n_stages * n_w),
     }

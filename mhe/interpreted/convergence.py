@@ -70,8 +70,9 @@ class Convergence:
         first, count = self._converge(window), len(window.times)
         if not self._is_doubtful(window, first) or self._deadline.affordable(count) < count:
             return first
-        kept = [(block, block.copy()) for block in (window.x, window.w, window.active)]
-        window.w[:], window.active[:] = 0, 0
+        parts = window.x, window.w, window.active, window.apart
+        kept = [(block, block.copy()) for block in parts]
+        window.w[:], window.active[:], window.apart[...] = 0, 0, 0
         beside = started_beside(self._pass.stage.model, window.prior)
         window.x[:] = self._pass.states_from(window, beside, window.w)
         again = self._converge(window, first.iterations)
@@ -79,7 +80,7 @@ class Convergence:
         if is_better(*ends, is_free=self._pass.n_c == 0):
             return again
         for block, values in kept:
-            block[:] = values
+            block[...] = values
         if first.status is Status.SOLVED and count > self._config.horizon:
             window.wait[...] = self._config.horizon
         return replace(first, iterations=again.iterations)

@@ -6,9 +6,11 @@ import time
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimation.estimator import remarks
 from estimation.inputs import with_inputs, without_readings
+from estimation.kalman_stage import rows_present
 from estimation.lagged import LaggedState
 from estimation.layout import Layout
 from estimation.outputs import derived_outputs
@@ -22,12 +24,16 @@ from mhe.interpreted.deadline import Deadline
 from mhe.interpreted.pass_result import Pass
 from mhe.interpreted.sliding import WindowSlider
 from mhe.interpreted.window_pass import WindowPass
+from mhe.late import Place, place_of, readings_there
 from mhe.look_back import told_stages
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.window_memory import Scales, View, put
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
+
+ALONE = Place(0, 0, is_late=False, joins=False)
+"""Of the first measurement of a window."""
 
 
 class InterpretedWindow:
@@ -61,19 +67,23 @@ class InterpretedWindow:
         self._deadline.begin()
         _, y = checked_input(self.memory, self._model, given, np.asarray(time_s), y)
         window = View.of(self.memory, given)
-        if len(window.times) and time_s < window.times[-1]:
-            newest_s = float(window.times[-1])
-            late = report(
-                self.result, self._derived, newest_s, window.newest, None, Status.LATE, iterations=0
-            )
-            return given.copy(), late
-        dt = time_s - float(window.times[-1]) if len(window.times) else 0.0
-        y = with_inputs(self._model, self.memory.view(given, "inputs"), y)
-        rest, y = self._rest.step(self._rest.part(self.memory, given), dt, y)
-        memory, result, status = self._attempt(given, time_s, y)
+        there = [readings_there(self._model, present) for present in window.present]
+        place = place_of(window.times, there, self.memory.shapes["times"][0], time_s, y)
+        if place.at < 0:
+            return given.copy(), self._refused(window, Status.LATE)
+        before = self.memory.view(given, "inputs")
+        before = window.y[place.before, self._model.n_y :] if place.is_late else before
+        y = with_inputs(self._model, before, y)
+        rest = self._rest.part(self.memory, given)
+        if not place.is_late:
+            dt = time_s - float(window.times[-1]) if len(window.times) else 0.0
+            rest, y = self._rest.step(rest, dt, y)
+        memory, result, status = self._attempt(given, place, time_s, y)
         if Status.NOT_FINITE in status:
+            if place.is_late:
+                return given.copy(), self._refused(window, Status.NOT_FINITE)
             nothing = without_readings(self._model, y)
-            memory, result, status = self._attempt(given, time_s, nothing)
+            memory, result, status = self._attempt(given, place, time_s, nothing)
             if Status.NOT_FINITE in status:
                 memory, result = self._begin_anew(window.newest, time_s, nothing)
                 status |= Status.NO_READING
@@ -83,6 +93,13 @@ class InterpretedWindow:
         self._rest.part(self.memory, memory)[:] = rest
         self.result.view(result, "step_time_s")[...] = self._deadline.passed_s
         return memory, result
+
+    def _refused(self, window: View, status: Status) -> Array:
+        """Return what is said of a late measurement that changes nothing."""
+        at, newest = (self.result, self._derived, float(window.times[-1])), window.newest
+        result = report(*at, newest, None, status, iterations=0)
+        self.result.view(result, "step_time_s")[...] = self._deadline.passed_s
+        return result
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
         """Return the state after n measurements and what each step says, (n, result.size)."""
@@ -105,19 +122,21 @@ class InterpretedWindow:
         memory = np.zeros(self.memory.size)
         for part in ("prior", "newest"):
             put(self.memory, memory, part, newest)
-        memory, result, _ = self._attempt(memory, time_s, nothing)
+        memory, result, _ = self._attempt(memory, ALONE, time_s, nothing)
         return memory, result
 
-    def _attempt(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array, Status]:
+    def _attempt(
+        self, given: Array, place: Place, time_s: float, y: Array
+    ) -> tuple[Array, Array, Status]:
         old, capacity = View.of(self.memory, given), self.memory.shapes["times"][0]
-        count, most = min(len(old.times) + 1, capacity), self._deadline.affordable(capacity)
-        near = self._staying(old, self._reuse**2)
+        count = len(old.times) + int(not place.joins) - place.drop
+        most = self._deadline.affordable(capacity)
+        near = self._staying(old, place, self._reuse**2)
         stays = max(near, count - most)
-        has_time = stays <= self._staying(old, np.inf)
-        memory = self._slider.slide(given, time_s, y, stays)
-        window = View.of(self.memory, memory)
+        has_time = stays <= self._staying(old, place, np.inf)
+        memory, window = self._slider.slide(given, place, time_s, y, min(stays, place.at))
         if not has_time:
-            state, solved = self._only_predict(old, window)
+            state, solved = self._only_predict(old, window, place)
         else:
             solve = self._convergence.solve if self._scheme.converges else self._one_pass
             solved = solve(window)
@@ -125,23 +144,37 @@ class InterpretedWindow:
                 solved = replace(solved, status=solved.status | Status.TIME_LIMIT)
             solved = self._judge(window, solved)
             state = replace(solved.known, mean=window.x[-1])
+        rows = window.present[place.at] > 0
+        if place.joins:
+            rows = rows_present(self._model, y)
+            solved = self._told_of(solved, rows)
         status = solved.status
         if not (np.isfinite(state.mean).all() and np.isfinite(state.covariance).all()):
             status |= Status.NOT_FINITE
         put(self.memory, memory, "newest", state)
-        status |= remarks(self._model, state, y, window.present[-1] > 0) | self._pass.stage.remark()
+        status |= remarks(self._model, state, y, rows) | self._pass.stage.remark()
         return memory, self._report(window, state, solved, status), status
+
+    def _told_of(self, solved: Solved, rows: NDArray[np.bool_]) -> Solved:
+        """Tell of some rows of a stage only; the others have their noise alone in S."""
+        if solved.newest is None:
+            return solved
+        S = np.diag(self._model.noise_std * self._model.noise_std)
+        own = np.ix_(rows, rows)
+        S[own] = solved.newest.innovation_covariance[own]
+        newest = replace(solved.newest, innovation_covariance=S, present=rows)
+        return replace(solved, newest=newest)
 
     def _report(self, window: View, state: GaussianState, solved: Solved, status: Status) -> Array:
         figures = solved.iterations, solved.cost, solved.kkt, solved.lagged, self._config.lags
         time_s = float(window.times[-1])
         return report(self.result, self._derived, time_s, state, solved.newest, status, *figures)
 
-    def _only_predict(self, old: View, window: View) -> tuple[GaussianState, Solved]:
+    def _only_predict(self, old: View, window: View, place: Place) -> tuple[GaussianState, Solved]:
         """Return the newest state as predicted from the last estimate."""
         self._deadline.note_none()
         known = window.newest
-        if len(old.times):
+        if len(old.times) and not place.is_late:
             dt = float(window.times[-1] - old.times[-1])
             last = replace(old.newest, mean=old.x[-1])
             inputs = self._model.step_inputs(*window.y[-2:])
@@ -150,13 +183,13 @@ class InterpretedWindow:
         lagged = self._pass.look_back(window, window.x, None)
         return state, Solved(None, known, Status.PREDICTED, lagged=lagged)
 
-    def _staying(self, old: View, limit: float) -> int:
-        """Return how many stages of the window to come keep their factors, as window.c does."""
+    def _staying(self, old: View, place: Place, limit: float) -> int:
+        """Return how many stages of the window to come keep their factors, as slide.c does."""
         if not self._reuse > 0:
             return 0
-        moved = ~(np.isfinite(old.moved) & (old.moved <= limit))
+        moved = ~(np.isfinite(old.moved) & (old.moved <= limit))[: place.behind]
         k = int(moved.argmax()) if moved.any() else len(moved)
-        return max(k - int(len(moved) == self.memory.shapes["times"][0]), 0)
+        return max(k - place.drop, 0)
 
     def _one_pass(self, window: View) -> Solved:
         """Make the linearised window's optimum the trajectory."""

@@ -1,4 +1,4 @@
-"""A window slides on by an instant: the oldest stage becomes the prior, a new one is appended."""
+"""A window goes on to another measurement: mhe/compiled/slide.c in Python."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from mhe.arrival_cost import ARRIVAL_COSTS, Slide
 from mhe.config import RealTimeConfig
 from mhe.domain import inside
 from mhe.interpreted.window_pass import WindowPass
+from mhe.late import Place, joined, readings_there, shares
 from mhe.trajectory import Trajectory
 from mhe.window_memory import BETWEEN_STAGES, PER_STAGE, View, put
 from models.arrays import Array
@@ -42,60 +43,118 @@ class WindowSlider:
             [deviation] = self._pass.call["difference"](window.x_lin[0], window.prior.mean)
             window.prior_deviation[:] = -deviation
 
-    def slide(self, given: Array, time_s: float, y: Array, stays: int) -> Array:
-        """Append an instant, without the oldest stage where the window is full."""
-        layout, memory, old = self._memory, given.copy(), View.of(self._memory, given)
-        before, capacity = len(old.times), layout.shapes["times"][0]
-        dropped = int(before == capacity)
-        kept = before - dropped
-        layout.view(memory, "count")[...] = kept + 1
-        new = View.of(layout, memory)
-        for block in PER_STAGE:
-            getattr(new, block)[:kept] = getattr(old, block)[dropped:]
-        for block in BETWEEN_STAGES:
-            getattr(new, block)[: max(kept - 1, 0)] = getattr(old, block)[dropped:]
-        if dropped:
-            prior, new.prior_deviation[:] = self._arrive(old, stays > 0)
-            put(layout, memory, "prior", prior)
-        new.demanded[-1], new.active[-1] = constraint_rows.demanded(self._model, y), 0
-        new.times[-1], new.y[-1] = time_s, without_gaps(y)
-        new.present[-1] = rows_present(self._model, y)
-        layout.view(memory, "inputs")[:] = y[self._model.n_y :]
-        new.x[-1] = old.prior.mean
-        if before:
-            new.w[-1] = 0
-            new.x[-1] = self._pass.move(new, kept - 1, old.x[-1], new.w[-1])
-        new.x[-1] = inside(self._model, new.x[-1])
-        new.predicted[-1] = new.x[-1]
+    def slide(
+        self, given: Array, place: Place, time_s: float, y: Array, stays: int
+    ) -> tuple[Array, View]:
+        """Return the window with a measurement in it, flat and as its view; slide.c does so in C.
+
+        Parameters
+        ----------
+        stays : how many of the oldest stages keep their factors
+        """
+        memory = self._shifted(given, place)
+        old, new = View.of(self._memory, given), View.of(self._memory, memory, place.at)
+        if place.joins:
+            self._join(new, y)
+        else:
+            w = self._put(old, new, place, time_s, y)
+            if place.drop:
+                prior, new.prior_deviation[:] = self._arrive(old, new, w, stays > 0)
+                put(self._memory, memory, "prior", prior)
+            if not place.is_late:
+                self._memory.view(memory, "inputs")[:] = y[self._model.n_y :]
+        new = View.of(self._memory, memory, place.at)  # with its new prior
         self._choose_points(new, stays)
         new.stayed[...] = stays
+        return memory, new
+
+    def _shifted(self, given: Array, place: Place) -> Array:
+        """Return the stages, without the oldest where it goes, with room for one of its own."""
+        layout, memory, old = self._memory, given.copy(), View.of(self._memory, given)
+        if place.joins:
+            return memory
+        kept = len(old.times) - place.drop
+        layout.view(memory, "count")[...] = kept + 1
+        new = View.of(layout, memory)
+        for blocks, less in ((PER_STAGE, 0), (BETWEEN_STAGES, 1)):
+            for block in blocks:
+                to, stages = getattr(new, block), getattr(old, block)[place.drop :]
+                before, end = max(place.at - less, 0), kept - less
+                to[:before] = stages[:before]
+                if end > place.at:
+                    to[place.at + 1 : end + 1] = stages[place.at : end]
         return memory
 
-    def _arrive(self, window: View, kept: bool) -> tuple[GaussianState, Array]:
-        """Return the prior of the first stage that stays, and its deviation from its point.
+    def _take_readings(self, window: View, k: int, y: Array) -> None:
+        window.y[k], window.present[k] = without_gaps(y), rows_present(self._model, y)
+        window.demanded[k], window.active[k] = constraint_rows.demanded(self._model, y), 0
+
+    def _join(self, window: View, y: Array) -> None:
+        """The readings of a measurement join those of a stage."""
+        k, demanded = window.told, window.demanded[window.told].copy()
+        there = readings_there(self._model, window.present[k])
+        stage = window.y[k].copy()
+        stage[: self._model.n_y][~there] = np.nan
+        self._take_readings(window, k, joined(stage, y))
+        window.demanded[k] = np.maximum(window.demanded[k], demanded)
+
+    def _put(self, old: View, new: View, place: Place, time_s: float, y: Array) -> Array:
+        """Fill a stage of its own; return the noise that leads to it, or what led on."""
+        k, last = place.at, place.behind - 1
+        new.times[k] = time_s
+        self._take_readings(new, k, y)
+        w = old.w[0] if len(old.w) else np.zeros(self._model.n_w)
+        if place.is_late:
+            new.apart[...] = 1
+        if place.is_late and last < 0:
+            new.x[k], new.w[k] = old.x[0], 0
+        elif last < 0:
+            new.x[k] = old.prior.mean
+        else:
+            first, second = shares(old.times, last + 1, time_s) if place.is_late else (0.0, 0.0)
+            noise = first * old.w[last] if place.is_late else np.zeros(self._model.n_w)
+            if place.is_late:
+                new.w[k] = second * old.w[last]
+            if k > 0:
+                new.w[k - 1] = noise
+            else:
+                w = noise
+            inputs = self._model.step_inputs(old.y[last], new.y[k])
+            dt = time_s - float(old.times[last])
+            new.x[k] = self._pass.call["move"](old.x[last], noise, dt, *inputs)[0]
+        new.x[k] = inside(self._model, new.x[k])
+        new.predicted[k] = new.x[k]
+        return w
+
+    def _arrive(self, window: View, new: View, w: Array, kept: bool) -> tuple[GaussianState, Array]:
+        """Return the prior of the first stage of a `new` window, and its deviation from its point.
 
         Where factors are kept the dropped stage is eliminated as its own were made.
+
+        Parameters
+        ----------
+        w : (n_w,) the noise that led from the dropped stage to the first
         """
         if kept:
-            stage, dt = self._pass.stage, float(window.times[1] - window.times[0])
+            stage, dt = self._pass.stage, float(new.times[0] - window.times[0])
             at = window.x_lin[0], window.prior_deviation
             updated = stage.update(window.prior, window.y[0], window.present[0], *at)
             point = window.x_lin[0], window.w_lin[0], None, updated.deviation
-            inputs = self._model.step_inputs(*window.y[:2])
+            inputs = self._model.step_inputs(window.y[0], new.y[0])
             predicted = stage.predict(updated.state, dt, *point, inputs=inputs)
-            [defect] = self._pass.call["difference"](predicted.reached, window.x_lin[1])
+            [defect] = self._pass.call["difference"](predicted.reached, new.x_lin[0])
             return predicted.state, predicted.deviation + defect
         rows, _ = self._pass.weigh(window, 0, window.x[0])
-        noises, _ = self._pass.call["shake"](window.w[0], self._config.noise_threshold)
+        noises, _ = self._pass.call["shake"](w, self._config.noise_threshold)
         slide = Slide(
             window.prior,
             Measurement(float(window.times[0]), window.y[0]),
-            Measurement(float(window.times[1]), window.y[1]),
-            Trajectory(window.x, window.w),
-            window.predicted[1],
+            Measurement(float(new.times[0]), new.y[0]),
+            Trajectory(window.x, w[None]),
+            new.predicted[0],
             rows,
             noises,
         )
         prior = ARRIVAL_COSTS[self._config.arrival_cost](self._pass.stage, slide)
-        [deviation] = self._pass.call["difference"](prior.mean, window.x_lin[1])
+        [deviation] = self._pass.call["difference"](prior.mean, new.x_lin[0])
         return prior, deviation

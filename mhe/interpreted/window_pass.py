@@ -63,17 +63,21 @@ class WindowPass(WindowTrajectory):
             if held.active.any():
                 impulses = np.einsum("kj,kij->ki", held.multipliers.reshape(row_std.shape), C)
                 found = self._backward(window, forward, w, impulses)
-        newest = forward.updates[-1]
+        newest, tells = forward.updates[-1], forward.updates[window.told]
         squares = sum(float(update.e @ update.e) for update in forward.updates)
         finite = np.isfinite(squares) and np.isfinite(found.length)
         if self._has_losses:  # told is the innovation itself, not its weighed share
-            at = forward.predictions[-1].state if forward.predictions else prior
-            deviation = forward.predictions[-1].deviation if forward.predictions else deviation
-            if forward.predictions:
-                deviation = deviation + self._defect(forward.predictions[-1], x[-1])
-            told = self.stage.update(at, window.y[-1], window.present[-1], x[-1], deviation)
-            v, S = told.innovation, told.innovation_covariance
-            newest = replace(newest, innovation=v, innovation_covariance=S)
+            k, at = window.told, prior
+            if k > 0:
+                ahead = forward.predictions[k - 1]
+                at, deviation = ahead.state, ahead.deviation + self._defect(ahead, x[k])
+            tells = self.stage.update(at, window.y[k], window.present[k], x[k], deviation)
+        newest = replace(
+            newest,
+            innovation=tells.innovation,
+            innovation_covariance=tells.innovation_covariance,
+            present=tells.present,
+        )
         covariances = np.array([update.state.covariance for update in forward.updates])
         found = found if finite else replace(found, length=np.nan)
         found = found if J is None else replace(found, mu=J.T @ found.mu)

@@ -38,8 +38,10 @@ class WindowPoint:
 
     @property
     def _is_rolled_out(self) -> bool:
-        """Whether the newest state follows from the one before; see mhe/compiled/descent.c."""
+        """Whether the states follow from each other; see mhe/compiled/descent.c."""
         window, newest = self._window, len(self._window.times) - 1
+        if window.apart:
+            return False
         if not self.is_constrained or newest == 0:
             return True
         reached = self._pass.move(window, newest - 1, window.x[-2], window.w[-1])
@@ -95,6 +97,7 @@ class WindowPoint:
         """Make the candidate the current point."""
         self.z, self.d, self._window.x[:], self.scales = self._candidate
         self._window.w[:] = self.z[len(self.d) :].reshape(self._window.w.shape)
+        self._window.apart[...] = 0
         self._violation = self._tried
 
     def inner(self, a: Array, b: Array) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from estimation.kalman_stage import KalmanStage, Prediction, Update
@@ -31,22 +29,20 @@ class ForwardPass:
         self._model, self._has_losses = model, config.has_losses
         self._stage, self._weights, self._carry = stage, weights, carry_function(model)
 
-    def newest(
+    def told(
         self,
         window: MheState,
         trajectory: Trajectory,
         updates: list[Update],
         predictions: list[Prediction],
-    ) -> tuple[Update, GaussianState]:
-        """Return the newest update and state, of what `run` returns."""
-        update, gaussian = updates[-1], updates[-1].state
-        if self._has_losses:  # told is the innovation itself, not its weighed share
-            x, y = trajectory.states[-1], window.measurements[-1].y
-            first = self._carried(window.prior, x)[0]
-            told = self._stage.update(predictions[-1].state if predictions else first, y, x_lin=x)
-            v, S = told.innovation, told.innovation_covariance
-            update = replace(update, innovation=v, innovation_covariance=S)
-        return update, GaussianState(trajectory.states[-1], gaussian.covariance)
+        k: int,
+    ) -> Update:
+        """Return the update of stage k, of what `run` returns, with the innovation itself."""
+        if not self._has_losses:
+            return updates[k]
+        x, y = trajectory.states[k], window.measurements[k].y
+        at = predictions[k - 1].state if k else self._carried(window.prior, x)[0]
+        return self._stage.update(at, y, x_lin=x)
 
     def run(
         self, window: MheState, trajectory: Trajectory

@@ -11,22 +11,24 @@ from estimation.estimator import first_state, late_estimate, remarks
 from estimation.function_call import FunctionCall
 from estimation.inputs import all_with_inputs, with_inputs, without_readings
 from estimation.intervals import check_step
-from estimation.kalman_stage import KalmanStage
+from estimation.kalman_stage import KalmanStage, rows_present
 from estimation.recording import Measurement
 from estimation.rest_detector import RestDetector
 from estimation.result import check_rows
 from estimation.settings import checked_config
 from estimation.status import Status
-from mhe.arrival_cost import ARRIVAL_COSTS, Slide, diffuse
+from mhe.arrival_cost import diffuse
 from mhe.config import MheIpoptConfig
-from mhe.domain import inside
+from mhe.late import Place, place_of, readings_there
 from mhe.look_back import Smoother, look_back
 from mhe.reference.forward_pass import ForwardPass
 from mhe.reference.ipopt_solver import IpoptSolver
+from mhe.reference.sliding import Slider
 from mhe.reference.state import MheState
 from mhe.stage_functions import pass_functions
 from mhe.trajectory import Trajectory, WindowSolution
 from mhe.weights import Weights
+from models.arrays import Array
 from models.gaussian import GaussianState
 from models.given_prior import Prior
 from models.state_space import StateSpaceModel
@@ -55,6 +57,7 @@ class MheIpopt:
         self._smoother = Smoother({f.name(): FunctionCall(f) for f in functions})
         self._pass = ForwardPass(model, self.config, self._stage, self._weights)
         self._solver = IpoptSolver(model, self.config, self._pass)
+        self._slider = Slider(model, self.config, self._stage, self._weights)
 
     @property
     def lags(self) -> tuple[int, ...]:
@@ -71,30 +74,58 @@ class MheIpopt:
     def step(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
         """Slide the window onto the measurement and solve it."""
         check_rows(self.model, np.asarray(measurement.time_s), measurement.y)
-        if state.measurements and measurement.time_s < state.measurements[-1].time_s:
-            newest_s = state.measurements[-1].time_s
-            return state, late_estimate(self.model, newest_s, state.newest)
-        last = state.measurements[-1] if state.measurements else None
-        dt = 0.0 if last is None else measurement.time_s - last.time_s
-        check_step(self.model, None if last is None else last.time_s, measurement.time_s)
-        before = None if last is None else last.y[self.model.n_y :]
-        y = with_inputs(self.model, before, measurement.y)
-        rest, y = self._rest.step(state.rest, dt, y)
-        state, measurement = replace(state, rest=rest), replace(measurement, y=y)
-        found = self._attempt(state, measurement)
+        place = self._place(state, measurement)
+        if place.at < 0:
+            return state, self._refused(state, Status.LATE)
+        rest, measurement = self._taken(state, place, measurement)
+        y, state = measurement.y, replace(state, rest=rest)
+        found = self._attempt(state, place, measurement)
         if found is not None and Status.NOT_FINITE not in found[1].status:
             return found
+        if place.is_late:
+            return state, self._refused(state, Status.NOT_FINITE)
         # A reading so far off that its square overflows would spoil the window for N
         # steps: the instant stays, its readings go.
         nothing = Measurement(measurement.time_s, without_readings(self.model, y))
-        found = self._attempt(state, nothing)
+        found = self._attempt(state, place, nothing)
         if found is not None:
             status = found[1].status & ~Status.NO_READING | Status.NOT_FINITE
             return found[0], replace(found[1], status=status)
         # Where not even the prediction is finite the window begins anew, with the last estimate.
-        anew = self._attempt(MheState(state.newest, (), (), None, state.newest, rest), nothing)
+        empty = MheState(state.newest, (), (), None, state.newest, rest)
+        anew = self._attempt(empty, self._place(empty, nothing), nothing)
         assert anew is not None
         return anew[0], replace(anew[1], status=anew[1].status | Status.NOT_FINITE)
+
+    def _place(self, state: MheState, measurement: Measurement) -> Place:
+        """Return where a measurement goes; a step of no length that the model has is refused."""
+        times, model = [m.time_s for m in state.measurements], self.model
+        newest_s = times[-1] if times else measurement.time_s
+        check_step(model, *sorted((newest_s, measurement.time_s)))
+        rows = [rows_present(model, m.y) for m in state.measurements]
+        there = [readings_there(model, present) for present in rows]
+        capacity = self.config.horizon + 1
+        return place_of(times, there, capacity, measurement.time_s, measurement.y)
+
+    def _refused(self, state: MheState, status: Status) -> Estimate:
+        """Return what is said of a late measurement that changes nothing."""
+        late = late_estimate(self.model, state.measurements[-1].time_s, state.newest)
+        return replace(late, status=status)
+
+    def _taken(
+        self, state: MheState, place: Place, measurement: Measurement
+    ) -> tuple[Array, Measurement]:
+        """Return what the detector of rest remembers, and a measurement with all its inputs."""
+        last, before = state.measurements[-1:], None
+        if last:
+            known = state.measurements[place.before] if place.is_late else last[0]
+            before = known.y[self.model.n_y :]
+        y = with_inputs(self.model, before, measurement.y)
+        if place.is_late:
+            return state.rest, replace(measurement, y=y)
+        dt = measurement.time_s - last[0].time_s if last else 0.0
+        rest, y = self._rest.step(state.rest, dt, y)
+        return rest, replace(measurement, y=y)
 
     def solve(
         self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
@@ -103,74 +134,42 @@ class MheIpopt:
         rows = all_with_inputs(self.model, measurements)
         window = MheState(prior, rows, (), None, prior)
         window, trajectory, status, iterations = self._solver.solve(window, guess)
-        newest = self._pass.newest(window, trajectory, *self._pass.run(window, trajectory))[1]
+        known = self._pass.run(window, trajectory)[0][-1].state
+        newest = GaussianState(trajectory.states[-1], known.covariance)
         cost = self._solver.cost(trajectory, window)
         return WindowSolution(trajectory, newest, cost, status, iterations)
 
     def _attempt(
-        self, state: MheState, measurement: Measurement
+        self, state: MheState, place: Place, measurement: Measurement
     ) -> tuple[MheState, Estimate] | None:
         """Slide and solve; None where what is known before solving is not finite."""
-        window, guess = self._slide(state, measurement)
+        window, guess = self._slider.slide(state, place, measurement)
         known = guess.states, window.prior.mean, window.prior.covariance
         if not all(np.isfinite(values).all() for values in known):
             return None
         window, trajectory, status, iterations = self._solver.solve(window, guess)
         updates, predictions = self._pass.run(window, trajectory)
-        newest, newest_state = self._pass.newest(window, trajectory, updates, predictions)
+        steps, own = (updates, predictions), rows_present(self.model, measurement.y)
+        newest_state = GaussianState(trajectory.states[-1], updates[-1].state.covariance)
+        told = self._pass.told(window, trajectory, *steps, place.at)
+        S = told.innovation_covariance
+        if place.joins:  # the others have their noise alone, as where they are missing
+            S = np.where(np.outer(own, own), S, np.diag(self.model.noise_std**2))
         times = np.array([m.time_s for m in window.measurements])
         covariances = self._smoother.covariances(self.config.lags, updates, predictions)
         lagged = look_back(self.config.lags, times, trajectory.states, covariances)
         if not np.isfinite(newest_state.covariance).all():
             status |= Status.NOT_FINITE
-        status |= remarks(self.model, newest_state, measurement.y, newest.present)
+        status |= remarks(self.model, newest_state, measurement.y, own)
         window = replace(window, trajectory=trajectory, newest=newest_state)
         estimate = Estimate(
-            measurement.time_s,
+            window.measurements[-1].time_s,
             newest_state,
             status,
-            np.where(newest.present, newest.innovation, np.nan),
-            newest.innovation_covariance,
+            np.where(own, told.innovation, np.nan),
+            S,
             iterations,
             Window(times, trajectory.states),
             lagged=lagged,
         )
         return window, estimate
-
-    def _slide(self, state: MheState, measurement: Measurement) -> tuple[MheState, Trajectory]:
-        """Append a stage, drop the oldest where the window is full, shift the solution."""
-        model = self.model
-        if state.trajectory is None:
-            predicted = inside(model, state.prior.mean)
-            guess = Trajectory(predicted[None, :], np.zeros((0, model.n_w)))
-            first = replace(state, measurements=(measurement,), predictions=(predicted,))
-            return first, guess
-        dt = measurement.time_s - state.measurements[-1].time_s
-        no_noise = np.zeros(model.n_w)
-        inputs = model.step_inputs(state.measurements[-1].y, measurement.y)
-        reached = np.asarray(model.f(state.trajectory.states[-1], no_noise, dt, *inputs)).ravel()
-        predicted = inside(model, reached)
-        guess = Trajectory(
-            np.vstack([state.trajectory.states, predicted]),
-            np.vstack([state.trajectory.noises, no_noise]),
-        )
-        measurements = (*state.measurements, measurement)
-        predictions = (*state.predictions, predicted)
-        prior = state.prior
-        if len(measurements) > self.config.horizon + 1:
-            carry = ARRIVAL_COSTS[self.config.arrival_cost]
-            rows, _ = self._weights.readings(guess.states[0], measurements[0].y)
-            noises, _ = self._weights.noises(guess.noises[0])
-            ends = measurements[0], measurements[1]
-            slide = Slide(prior, *ends, guess, predictions[1], rows, noises)
-            prior = carry(self._stage, slide)
-            measurements, predictions = measurements[1:], predictions[1:]
-            guess = Trajectory(guess.states[1:], guess.noises[1:])
-        moved = replace(
-            state,
-            prior=prior,
-            measurements=measurements,
-            predictions=predictions,
-            trajectory=None,
-        )
-        return moved, guess
