@@ -38,6 +38,7 @@ import casadi as ca
 
 from models import attitude
 from models.chains import Chain
+from models.level import UP
 from models.rotation import cross_matrix
 from models.sensor_kinds.mounted import Vector3
 
@@ -80,14 +81,14 @@ class FreeBody:
         """Return the world position (3,) of a point given in body coordinates, m."""
         return self.tip + self.world_to_body.T @ mounting
 
-    def specific_force(self, mounting: ca.SX, gravity: float) -> ca.SX:
-        """Return B (a + g e_z) + ([α]× + [ω]×²) d (3,), m/s², in body axes.
+    def specific_force(self, mounting: ca.SX, gravity: float, *, up: Vector3 = UP) -> ca.SX:
+        """Return B (a + g up) + ([α]× + [ω]×²) d (3,), m/s², in body axes.
 
         The second derivative of `point` with dR/dt = R [ω]×.
         """
         turning = cross_matrix(self.x[OMEGA])
         lever = cross_matrix(self.x[ALPHA]) + turning @ turning
-        return self.world_to_body @ (self.x[A] + ca.vertcat(0, 0, gravity)) + lever @ mounting
+        return self.world_to_body @ (self.x[A] + gravity * ca.DM(up)) + lever @ mounting
 
     def body_rate(self) -> ca.SX:
         """Return ω (3,), rad/s: a state, so that a gyroscope says nothing of the attitude."""

@@ -3,7 +3,9 @@
 A sensor at mounting vector d is at ``p_s = p_tip + Bᵀ d``; its specific force
 and the body rate follow by differentiating along the state:
 
-    f_b = B (p̈_s + (0, 0, g)),      [ω_b]× = B dBᵀ/dt
+    f_b = B (p̈_s + g up),      [ω_b]× = B dBᵀ/dt
+
+up is (0, 0, 1) in a world that is level, see `models.level`.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from typing import Protocol
 
 import casadi as ca
 
+from models.level import UP, Vector3
 from models.rotation import vee
 
 
@@ -30,8 +33,13 @@ class Body(Protocol):
     def point(self, mounting: ca.SX) -> ca.SX:
         """Return the world position (3,) of a point given in body coordinates, m."""
 
-    def specific_force(self, mounting: ca.SX, gravity: float) -> ca.SX:
-        """Return what an accelerometer at `mounting` reads, in body axes (3,), m/s²."""
+    def specific_force(self, mounting: ca.SX, gravity: float, *, up: Vector3 = UP) -> ca.SX:
+        """Return what an accelerometer at `mounting` reads, in body axes (3,), m/s².
+
+        Parameters
+        ----------
+        up : unit vector against gravity, in world axes
+        """
 
     def body_rate(self) -> ca.SX:
         """Return what a gyroscope reads, in body axes (3,), rad/s."""
@@ -63,10 +71,10 @@ class RigidBody:
         """Return the world position (3,) of a point given in body coordinates, m."""
         return self.tip + self.world_to_body.T @ mounting
 
-    def specific_force(self, mounting: ca.SX, gravity: float) -> ca.SX:
+    def specific_force(self, mounting: ca.SX, gravity: float, *, up: Vector3 = UP) -> ca.SX:
         """Return what an accelerometer at `mounting` reads, in body axes, m/s²."""
         acceleration = self.time_derivative(self.time_derivative(self.point(mounting)))
-        return self.world_to_body @ (acceleration + ca.vertcat(0, 0, gravity))
+        return self.world_to_body @ (acceleration + gravity * ca.DM(up))
 
     def body_rate(self) -> ca.SX:
         """Return the angular rate in body axes (3,), rad/s."""

@@ -30,6 +30,7 @@ from models.free_kinematics import free_kinematics
 from models.free_pen import N_FREE, FreeBody
 from models.heading import free_heading_symmetry, heading_symmetry
 from models.kinematics import Body
+from models.level import UP, up_direction
 from models.paper import above_paper
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
@@ -72,21 +73,24 @@ def pen_model(
     check_rest(chosen, f"pen {config.name}")
     is_free = config.degrees_of_freedom == 6
     kinematics, body = pen_kinematics(config, has_camera=has_camera)
-    moving = MovingBody(body, config.gravity_m_s2, has_spin=is_free)
+    up = up_direction(config.level_rad)
+    moving = MovingBody(body, config.gravity_m_s2, has_spin=is_free, up=up)
     name = f"{config.name}, {config.degrees_of_freedom} degrees of freedom"
     model = body_model(name, kinematics, moving, chosen)
     n_x, centre = model.n_x, _centre(chosen.values())
-    heading = (
-        free_heading_symmetry(n_x, centre_m=centre)
-        if is_free
-        else heading_symmetry(config.degrees_of_freedom, n_x, centre_m=centre)
-    )
+    symmetries: tuple[ca.Function, ...] = ()
+    if is_free:
+        symmetries = (free_heading_symmetry(n_x, centre_m=centre, up=up),)
+    elif up == UP:  # a pen without spin, turned about a leaning axis, would have to spin
+        symmetries = (heading_symmetry(config.degrees_of_freedom, n_x, centre_m=centre),)
     model = model.replace(
-        symmetries=(heading,),
+        symmetries=symmetries,
         reach=np.array([config.reach_m] * 3 + [np.inf] * (n_x - 3)),
     )
     model = model.bounded(**config.bounds)
-    return model if config.paper is None else above_paper(model, config.paper)
+    return (
+        model if config.paper is None else above_paper(model, config.paper, sensors=config.sensors)
+    )
 
 
 def pen_kinematics(config: PenConfig, *, has_camera: bool) -> tuple[Kinematics, Body]:

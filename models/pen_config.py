@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PositiveFloat, ValidationInfo, field_validator, model_validator
 
 from models.config import UnitConfig
+from models.level import Vector2, check_level
 from models.motion import Motion, with_motion
 from models.outputs import UNIFORM_ANGLE_STD_RAD
 from models.paper import Paper, check_paper
@@ -49,6 +50,8 @@ class PenConfig(UnitConfig):
     name : for people
     degrees_of_freedom : 5 (no spin) or 6
     gravity_m_s2 : local gravity
+    level_rad : rotation vector (about the paper's x and y) from the paper's frame, in which tip,
+        angles and camera are, to gravity's, see `models.level`; zero is a level paper
     reach_m : standard deviation of the tip's position from which its estimate says nothing;
         a status then says so; smaller warns earlier
     fixed_spin_rad : the constant spin of a pen with five degrees of freedom
@@ -63,6 +66,7 @@ class PenConfig(UnitConfig):
     name: str
     degrees_of_freedom: Literal[5, 6] = 6
     gravity_m_s2: PositiveFloat = 9.81
+    level_rad: Vector2 = (0.0, 0.0)
     reach_m: PositiveFloat = 2.0
     fixed_spin_rad: float = 0.0
     motion: Motion = Motion()
@@ -76,6 +80,12 @@ class PenConfig(UnitConfig):
     @classmethod
     def _motion_of_old_files(cls, data: Any) -> Any:
         return with_motion(data) if isinstance(data, Mapping) else data
+
+    @field_validator("level_rad")
+    @classmethod
+    def _is_no_wall(cls, level_rad: Vector2) -> Vector2:
+        check_level(level_rad)
+        return level_rad
 
     @field_validator("printed_errors")
     @classmethod

@@ -31,6 +31,7 @@ from typing import Any, Literal, get_args
 import casadi as ca
 
 from models.kinematics import RigidBody
+from models.level import UP, Vector3
 from models.rotation import world_to_body
 from models.sensor_kinds.mounted import IDENTITY
 
@@ -165,10 +166,10 @@ class PrintedBody:
         """Return the world position (3,) of a point given in body coordinates, m."""
         return self.rigid.point(mounting)
 
-    def specific_force(self, mounting: ca.SX, gravity: float) -> ca.SX:
+    def specific_force(self, mounting: ca.SX, gravity: float, *, up: Vector3 = UP) -> ca.SX:
         """Return what an accelerometer at `mounting` = (0, 0, r) reads with the errors, m/s²."""
         terms = error_terms(self.rigid, mounting[2])
-        force = self.rigid.specific_force(mounting, gravity)
+        force = self.rigid.specific_force(mounting, gravity, up=up)
         return force + sum((terms[error] for error in self.errors), ca.SX.zeros(3))
 
     def body_rate(self) -> ca.SX:

@@ -27,5 +27,6 @@ class Accelerometer(InertialSensor):
 
     def symbolic_reading(self, body: MovingBody, bias: ca.SX) -> SymbolicReading:
         """Return the specific force at the sensor's place."""
-        force = body.rigid.specific_force(ca.SX(self.position_m), body.gravity_m_s2)
+        place = ca.SX(self.position_m)
+        force = body.rigid.specific_force(place, body.gravity_m_s2, up=body.up)
         return self.in_sensor_axes(force, bias)

@@ -9,16 +9,18 @@ import casadi as ca
 
 from models.arrays import Array
 from models.kinematics import Body
+from models.level import UP, Vector3
 from models.sensor_model import RestRule
 
 
 @dataclass(frozen=True)
 class MovingBody:
-    """A body in a field of gravity, and whether it may spin about its axis."""
+    """A body in a field of gravity, whether it may spin about its axis, and which way is up."""
 
     rigid: Body
     gravity_m_s2: float
     has_spin: bool
+    up: Vector3 = UP
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.pen_config import PenConfig
 from recordings.ink import Ink, ink_points_mm
+from recordings.pressure import above_baseline
 from recordings.written import WrittenRecording
 
 STYLUS_FILE, CAMERA_FILE, SCAN_FILE = "stylus_data.json", "camera_data.json", "scan.jpg"
@@ -38,7 +39,7 @@ class DpointFolder:
     ----------
     recording : sensors ``accel``, ``gyro``, ``camera``, ``contact``; zero on the time
         axis is the first stylus sample
-    pressure_time_s, pressure : (n,), raw pressure, 0 to 1
+    pressure_time_s, pressure : (n,), 0 to 1: raw, or above its baseline
     scan : the scanned sheet, where there is one
     """
 
@@ -80,27 +81,39 @@ def load_dpoint(
             f"pen {pen.name}: expected one pose_camera and one contact to read a D-POINT folder "
             "(its delay_s and pressure_threshold are needed)"
         )
+    contact = contacts[0]
     read = read_dpoint(
-        folder, cameras[0].delay_s, contacts[0].pressure_threshold, height_m=contacts[0].height_m
+        folder,
+        cameras[0].delay_s,
+        contact.pressure_threshold,
+        height_m=contact.height_m,
+        baseline_s=contact.pressure_baseline_s,
     )
     if read.scan is None:
         return WrittenRecording(read.recording)
-    pressed = (read.pressure > contacts[0].pressure_threshold).astype(float)
+    pressed = (read.pressure > contact.pressure_threshold).astype(float)
     return WrittenRecording(
         read.recording, Ink(ink_points_mm(read.scan), read.pressure_time_s, pressed)
     )
 
 
 def read_dpoint(
-    folder: str | Path, camera_delay_s: float, pressure_threshold: float, *, height_m: float = 0.0
+    folder: str | Path,
+    camera_delay_s: float,
+    pressure_threshold: float,
+    *,
+    height_m: float = 0.0,
+    baseline_s: float | None = None,
 ) -> DpointFolder:
     """Read a D-POINT folder.
 
     Parameters
     ----------
     camera_delay_s : time from a frame's capture to its host stamp, s
-    pressure_threshold : raw pressure above which the tip touches the paper
+    pressure_threshold : pressure above which the tip touches the paper
     height_m : height of the paper, the reading of ``contact`` while it touches
+    baseline_s : the threshold is above the baseline of so many seconds, see
+        `recordings.pressure.above_baseline`; None takes the raw pressure
 
     Raises
     ------
@@ -132,7 +145,8 @@ def read_dpoint(
         )
     _check_rotations(orientation, folder / CAMERA_FILE)
     pose = np.column_stack([position[:, :, 0], Rotation.from_matrix(orientation).as_rotvec()])
-    touches = np.where(pressure > pressure_threshold, height_m, np.nan)
+    pressing = pressure if baseline_s is None else above_baseline(time_s, pressure, baseline_s)
+    touches = np.where(pressing > pressure_threshold, height_m, np.nan)
     recording = Recording.from_sensors(
         folder.name,
         {
@@ -143,7 +157,7 @@ def read_dpoint(
         },
     )
     scan = folder / SCAN_FILE
-    return DpointFolder(recording, time_s, pressure, scan if scan.is_file() else None)
+    return DpointFolder(recording, time_s, pressing, scan if scan.is_file() else None)
 
 
 def _load(path: Path) -> list[dict[str, Any]]:

@@ -154,7 +154,10 @@ def test_a_contact_anywhere_above_is_fine_without_a_tolerance() -> None:
     ("paper", "sentence"),
     [
         ({"touch_tolerance_mm": 0.0}, "key paper.touch_tolerance_m: Input should be greater than"),
-        ({"touch_tolerance": 1.0}, "unknown key touch_tolerance; expected one of height_m, touch"),
+        (
+            {"touch_tolerance": 1.0},
+            "unknown key touch_tolerance; expected one of height_m, slope, ",
+        ),
         ({"height_inch": 1.0}, "unknown key height_inch; expected height_m or height_cm or heig"),
         ({"height_m": np.inf}, "key paper.height_m: Input should be a finite number"),
     ],
