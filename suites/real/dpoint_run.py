@@ -1,152 +1,149 @@
-"""A run on the D-POINT recording: some sensors, a camera thinned to some rate, one phase."""
+"""A run on the D-POINT recording: some sensors, a camera of some rate, one phase of its frames."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from pen_mhe.causal_run import causal_lags
+from scipy.spatial import cKDTree
 
 from benchmark.tasks.history import outcome
 from benchmark.tasks.task import Outcome, Quantity, Series, Task
 from estimation.estimate import EstimateHistory
 from estimation.estimator import Estimator, run
 from estimation.recording import Recording
-from models.arrays import Array
 from models.errors import InputError
 from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import load_pen
+from models.random_streams import seed_sequence, stream
+from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
 from recordings.formats.dpoint import load_dpoint
-from recordings.ink import ink_match
+from recordings.ink import InkMatch, ink_match
 from recordings.thinning import CameraThinning, left_out_error, thinned
 from recordings.written import WrittenRecording
+from suites.real.cases import (
+    CASES,
+    HORIZON,
+    LAG,
+    UNBIASED,
+    WITH_CAMERA,
+    WITHOUT_CAMERA,
+    RealCase,
+)
+from suites.real.elevation import elevation_quantities, elevation_series
+from suites.real.ingredients import INGREDIENTS, without_level
 
 PEN, FOLDER = "dpoint", "dpoint_pen"
-CAMERA_RATES_HZ = (30, 15, 10, 6, 5, 3)
-"""Each divides the recorded rate."""
-
-RATES: Mapping[str, int] = MappingProxyType({f"camera at {r} Hz": r for r in CAMERA_RATES_HZ})
-"""Case → camera rate."""
-
-NO_CAMERA, UNBIASED = "no camera", "no camera, accelerometer taken as unbiased"
-WITH_CAMERA: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "camera": ("camera",),
-        "accel+camera": ("accel", "camera"),
-        "gyro+camera": ("gyro", "camera"),
-        "accel+gyro+camera": ("accel", "gyro", "camera"),
-        "accel+gyro+camera+contact": ("accel", "gyro", "camera", "contact"),
-    }
-)
-WITHOUT_CAMERA: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {"accel": ("accel",), "gyro": ("gyro",), "accel+gyro": ("accel", "gyro")}
-)
-"""Configuration → sensors of the pen file."""
-
 CLOCK = "accel"
 """The sensor at whose instants the tip's path is judged."""
-
-SETTLING_S = 5.0
-"""Begin that the elevation's spread leaves out: without a camera, its level is learnt first."""
 
 DEG = 180 / math.pi
 SHOWN_S = 8.0
 """Length of the series that a figure shows."""
 
+LEFT_OUT = (("left_out_position", "m", "mm", 1e3), ("left_out_orientation", "rad", "deg", DEG))
+"""Quantity, unit of the residual's rows, unit shown, factor."""
 
-def run_dpoint(task: Task, data: str) -> Outcome:
+
+def run_dpoint(task: Task, data: str, *, looks_back: bool = False) -> Outcome:
     """Run an estimator on the recording.
 
     Parameters
     ----------
-    task : its seed is the phase of the thinning
+    task : its seed is the phase of the thinning, or chooses when the camera looks away
     data : folder that holds `FOLDER`
+    looks_back : whether to judge what is told `LAG` samples later, too
     """
-    written, pen = _recording(data), _pen(task.case)
-    estimator = _estimator(task.case == UNBIASED, task.sensors, task.estimator)
-    model = estimator.model
-    sensors = {**WITH_CAMERA, **WITHOUT_CAMERA}[task.sensors]
-    whole = written.recording
-    if task.case in (NO_CAMERA, UNBIASED):
-        history = run(estimator, whole.select(sensors))
-        found = elevation_quantities(pen, history, whole)
-        return outcome(model.name, history, found, series=_elevation(task, pen, history, whole))
-    # The tip is wanted at the instants of the clock, whether or not that sensor is used.
-    times, ticks = whole.sensor(CLOCK)
-    instants = Recording.from_sensors(
-        whole.name,
-        {name: whole.sensor(name) for name in sensors} | {"clock": (times, np.zeros_like(ticks))},
+    written = _recording(data)
+    if task.case in CASES:
+        return _with_camera(task, written, CASES[task.case], looks_back)
+    pen, whole = load_pen(PEN), written.recording
+    estimator = _estimator(task.case, task.sensors, task.estimator)
+    history = run(estimator, whole.select(WITHOUT_CAMERA[task.sensors]))
+    found = elevation_quantities(pen, history, whole)
+    series = elevation_series(pen, history, whole)
+    return outcome(estimator.model.name, history, found, series=series)
+
+
+def _with_camera(
+    task: Task, written: WrittenRecording, case: RealCase, looks_back: bool
+) -> Outcome:
+    whole, model = written.recording, _model(task.case, task.sensors)
+    instants = _with_clock(whole, WITH_CAMERA[task.sensors])
+    phase = 0 if case.away_s else task.seed
+    used = thinned(model, instants, CameraThinning(case.rate_hz, phase))
+    if case.away_s:
+        used, instants = _looking_away(used, case.away_s, task.seed)
+    settings = {"horizon": HORIZON, "lag_samples": LAG} if looks_back else {}
+    lag, settings = causal_lags(
+        task.estimator, settings, used.select(WITH_CAMERA[task.sensors]), CLOCK
     )
-    used = thinned(model, instants, CameraThinning(RATES[task.case], task.seed))
-    history = run(estimator, used)
-    output = history.at(used.sensor("clock")[0])
-    found = []
-    if written.ink is not None and (match := ink_match(output, written.ink)) is not None:
-        found.append(Quantity.single("ink", "mm", match.mean_distance_mm))
-    camera = model.sensor("camera")
-    if (left_out := left_out_error(model, camera, history, instants, used)) is not None:
-        for quantity, unit, shown, factor in (
-            ("left_out_position", "m", "mm", 1e3),
-            ("left_out_orientation", "rad", "deg", DEG),
-        ):
+    history = run(
+        _estimator(task.case, task.sensors, task.estimator, tuple(settings.items())),
+        used,
+        causal=case.causal,
+    )
+    clock = used.sensor("clock")[0]
+    found = [] if case.away_s else _ink("ink", written, history.at(clock))
+    if lag:
+        found += _ink(f"ink_{lag}", written, history.at_lag_of(lag, clock))
+    left_out = left_out_error(model, model.sensor("camera"), history, instants, used)
+    if left_out is not None:
+        for quantity, unit, shown, factor in LEFT_OUT:
             found.append(Quantity.single(quantity, shown, factor * left_out.rms[unit]))
-    series = _paths(task, output) if task.seed == 0 else ()
+    series = _paths(history.at(clock)) if task.seed == 0 else ()
     return outcome(model.name, history, found, series=series)
 
 
-def elevation_quantities(
-    pen: PenConfig, history: EstimateHistory, recording: Recording
-) -> list[Quantity]:
-    """Return how far the elevation is from the camera's, and how much that changes.
+def _with_clock(whole: Recording, sensors: Sequence[str]) -> Recording:
+    """Return a recording of some sensors that has the clock's instants, used or not."""
+    times, ticks = whole.sensor(CLOCK)
+    chosen = {name: whole.sensor(name) for name in sensors}
+    return Recording.from_sensors(whole.name, chosen | {"clock": (times, np.zeros_like(ticks))})
 
-    The camera takes no part in the estimate. Its mounting and the paper's level are known
-    to some tenths of a degree only: the spread, a standard deviation, leaves that out.
-    """
-    times, elevation = camera_elevation(pen, recording)
-    estimated = np.interp(times, history.time_s, history.column("elevation_rad"))
-    later = (times >= times[0] + SETTLING_S) & (times <= history.time_s[-1])
-    errors = DEG * (estimated - elevation)[later]
-    return [
-        Quantity.of_errors("elevation", "deg", errors),
-        Quantity.single("elevation_spread", "deg", float(np.std(errors))),
+
+def _looking_away(recorded: Recording, away_s: float, seed: int) -> tuple[Recording, Recording]:
+    """Return a recording whose camera looks away once, and one with no frames but those."""
+    times, frames = recorded.sensor("camera")
+    rng = stream(seed_sequence(seed), "when the camera looks away")
+    start = rng.uniform(times[0] + 1, times[-1] - away_s - 1)
+    away = (times >= start) & (times < start + away_s)
+    parts = {name: recorded.sensor(name) for name in recorded.readings if name != "camera"}
+    seen, unseen = (
+        Recording.from_sensors(recorded.name, {**parts, "camera": (times[at], frames[at])})
+        for at in (~away, away)
+    )
+    return seen, unseen
+
+
+def _ink(name: str, written: WrittenRecording, output: EstimateHistory) -> list[Quantity]:
+    """Return the mean ink distance, and that of either half of the path."""
+    match = None if written.ink is None else ink_match(output, written.ink)
+    if match is None:
+        return []
+    halves = () if math.isinf(match.mean_distance_mm) else _halves(match)
+    found = [Quantity.single(name, "mm", match.mean_distance_mm)]
+    return found + [
+        Quantity.single(f"{name}, {half} half", "mm", mean)
+        for half, mean in zip(("first", "second"), halves, strict=False)
     ]
 
 
-def camera_elevation(pen: PenConfig, recording: Recording) -> tuple[Array, Array]:
-    """Return times (n,) and elevations (n,), rad, of the pen's axis as the camera sees it."""
-    cameras: list[Any] = [sensor for sensor in pen.sensors.values() if sensor.sees_pose]
-    times, poses = recording.sensor("camera")
-    axis_in_sensor = np.array(cameras[0].sensor_to_body).T @ [0.0, 0.0, 1.0]
-    axis = Rotation.from_rotvec(poses[:, 3:]).apply(axis_in_sensor)
-    return times, np.arcsin(np.clip(axis[:, 2], -1, 1))
+def _halves(match: InkMatch) -> tuple[float, float]:
+    distance = np.asarray(cKDTree(match.ink_mm).query(match.path_mm)[0])
+    middle = len(distance) // 2
+    return float(distance[:middle].mean()), float(distance[middle:].mean())
 
 
-def _elevation(
-    task: Task, pen: PenConfig, history: EstimateHistory, recording: Recording
-) -> tuple[Series, ...]:
-    times, elevation = camera_elevation(pen, recording)
-    kept = (history.time_s >= times[0]) & (history.time_s <= times[-1])
-    at = history.time_s[kept]
-    return (
-        Series(
-            "elevation",
-            "deg",
-            at,
-            DEG * history.column("elevation_rad")[kept],
-            DEG * history.std_of("elevation_rad")[kept],
-            DEG * np.interp(at, times, elevation),
-        ),
-    )
-
-
-def _paths(task: Task, output: EstimateHistory) -> tuple[Series, ...]:
+def _paths(output: EstimateHistory) -> tuple[Series, ...]:
     shown = output.time_s <= output.time_s[0] + SHOWN_S
     return tuple(
         Series(
@@ -165,19 +162,31 @@ def _recording(data: str) -> WrittenRecording:
 
 
 @cache
-def _estimator(unbiased: bool, sensors: str, name: str) -> Estimator[Any]:
-    chosen = {**WITH_CAMERA, **WITHOUT_CAMERA}[sensors]
-    return create_estimator(name, pen_model(_pen(UNBIASED if unbiased else NO_CAMERA), chosen))
+def _estimator(
+    case: str, sensors: str, name: str, settings: tuple[tuple[str, Any], ...] = ()
+) -> Estimator[Any]:
+    return create_estimator(name, _model(case, sensors), **dict(settings))
+
+
+@cache
+def _model(case: str, sensors: str) -> StateSpaceModel:
+    """Return the model that estimators of a configuration share, with what is derived of it."""
+    return pen_model(_pen(case), {**WITH_CAMERA, **WITHOUT_CAMERA}[sensors])
 
 
 @cache
 def _pen(case: str) -> PenConfig:
     """Return the pen that an estimator assumes.
 
-    Without a camera, a bias of the accelerometer and a tilt of the pen are nearly the same
-    to every reading; `UNBIASED` tells the estimator that there is none.
+    Without a camera nothing sees the paper, so its level means nothing, and a bias of the
+    accelerometer and a tilt of the pen are nearly the same to every reading; `UNBIASED` tells the
+    estimator that there is none.
     """
     pen = load_pen(PEN)
+    if case in CASES:
+        without = CASES[case].without
+        return INGREDIENTS[without](pen) if without else pen
+    pen = without_level(pen)
     if case != UNBIASED:
         return pen
     accelerometer = pen.sensors["accel"].model_copy(

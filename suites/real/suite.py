@@ -5,54 +5,79 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmark.configurations import BENCHMARK_ESTIMATORS
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task
 from recordings.thinning import frames_per_kept
-from suites.real.dpoint_run import (
+from suites.real.cases import (
+    AWAY,
+    BEST,
+    CAMERA_ALONE,
     CAMERA_RATES_HZ,
-    FOLDER,
+    CASES,
+    CAUSAL,
+    INERTIAL,
     NO_CAMERA,
-    RATES,
     UNBIASED,
     WITH_CAMERA,
+    WITHOUT,
     WITHOUT_CAMERA,
-    run_dpoint,
+    ZERO_DELAY,
 )
+from suites.real.dpoint_run import FOLDER, run_dpoint
 from suites.real.figures import figures
 
 NAME = "real"
-ALL = "accel+gyro+camera"
-FEWER = ("ekf", "mhe-rti")
-"""The estimators of every configuration but `ALL`, `mhe` costs three seconds a run."""
+FAST, SLOW = ("ekf", "mhe-rti"), "mhe"
+"""``mhe`` takes two seconds a run: on `BEST`, and few phases."""
+
+LOOKS_BACK = "mhe-rti"
+"""The estimator that is also asked what it knows some samples later, on few phases."""
 
 
 def tasks(scope: Scope) -> Sequence[Task]:
     """Return all tasks; a seed is a phase of the camera's thinning, of which there are few."""
     if missing(scope):
         return []
-    recorded = max(CAMERA_RATES_HZ)
+    rows = [(case, BEST, SLOW, scope.few_seeds) for case in CAUSAL]
+    for estimator in reversed(FAST):
+        rows += [
+            (case, sensors, estimator, scope.seeds)
+            for case in CAUSAL
+            for sensors in WITH_CAMERA
+            if sensors != CAMERA_ALONE  # no estimate between frames
+        ]
+        rows += [
+            (case, sensors, estimator, scope.few_seeds)
+            for case in ZERO_DELAY
+            for sensors in (CAMERA_ALONE, INERTIAL, BEST)
+        ]
+        rows += [(case, BEST, estimator, scope.few_seeds) for case in WITHOUT]
+        rows += [(AWAY, BEST, estimator, scope.seeds)]
     found = [
-        Task(NAME, case, sensors, estimator, phase)
-        for estimator in reversed(BENCHMARK_ESTIMATORS)
-        for sensors in WITH_CAMERA
-        if sensors == ALL or estimator in FEWER
-        for case, rate in RATES.items()
-        for phase in range(min(scope.seeds, frames_per_kept(recorded, rate)))
+        Task(NAME, case, sensors, estimator, seed)
+        for case, sensors, estimator, seeds in rows
+        for seed in range(min(seeds, _seeds_of(case)))
     ]
     return found + [
         Task(NAME, case, sensors, estimator, 0)
         for case in (NO_CAMERA, UNBIASED)
         for sensors in WITHOUT_CAMERA
         if case == NO_CAMERA or "accel" in WITHOUT_CAMERA[sensors]
-        for estimator in BENCHMARK_ESTIMATORS
+        for estimator in (*FAST, *((SLOW,) if sensors == "accel+gyro" else ()))
     ]
+
+
+def _seeds_of(case: str) -> int:
+    """Return how many seeds a case has: phases, but for a camera that looks away."""
+    most = max(CAMERA_RATES_HZ)
+    return most if CASES[case].away_s else frames_per_kept(most, CASES[case].rate_hz)
 
 
 def run(task: Task, scope: Scope) -> Outcome:
     """Run one task."""
     assert scope.data is not None
-    return run_dpoint(task, scope.data)
+    is_asked = task.case in CAUSAL and task.sensors == BEST and task.estimator == LOOKS_BACK
+    return run_dpoint(task, scope.data, looks_back=is_asked and task.seed < scope.few_seeds)
 
 
 def missing(scope: Scope) -> str:
@@ -73,12 +98,14 @@ SUITE = Suite(
     summary=(
         "The D-POINT stylus (Jcparkyn, MIT licence) wrote for 39 s with an accelerometer and a "
         "gyroscope in its barrel, followed by a camera at 30 Hz; the ink was scanned. Its frames "
-        "are thinned to lower rates, a seed being a phase of the thinning. Zero delay: a frame is "
-        "used at the moment of its capture, although this camera's frames arrive about 45 ms "
-        "later, so the figures do not compare with causal ones. Ink: mean distance between the "
-        "tip's path and the scanned ink after the best shift. Left out: RMS error against the "
-        "frames that the estimator was not given. The array of eight IMUs stands in the suite "
-        "gyro-free."
+        "are thinned to lower rates, a seed being a phase of the thinning. Causal: an estimate at "
+        "an instant of the accelerometer uses what had arrived by then, and a frame arrives 45 ms "
+        "after its capture. Looking back: the same run tells of an instant again when 14 more "
+        "samples of the accelerometer have arrived (N = 26). Zero delay: a frame is used at its "
+        "capture already, as nobody can. Ink: mean distance between the tip's path and the "
+        "scanned ink after the best shift. Left out: RMS error against the frames that the "
+        "estimator was not given. Without: one thing that the pen file knows is taken out of it. "
+        "The array of eight IMUs stands in the suite gyro-free."
     ),
     tasks=tasks,
     run=run,
