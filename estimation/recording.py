@@ -238,13 +238,7 @@ class Recording:
     def measurements(
         self, model: StateSpaceModel, *, causal: bool = False
     ) -> Iterator[Measurement]:
-        """Yield the rows of `stacked`, instant by instant; causal ones are those of `as_arrived`.
-
-        Raises
-        ------
-        InputError
-            As for these.
-        """
+        """Yield the rows of `stacked`, instant by instant; causal ones as of `as_arrived`."""
         if causal:
             for time_s, y, arrival_s in zip(*self.as_arrived(model), strict=True):
                 yield Measurement(float(time_s), y, float(arrival_s))

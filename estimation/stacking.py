@@ -7,7 +7,8 @@ goes with rows that are on time, those newer than all before.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +21,35 @@ from models.errors import InputError
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 
-if TYPE_CHECKING:
-    from estimation.recording import Recording
+
+class Recorded(Protocol):
+    """A recording, as `estimation.recording.Recording` describes it."""
+
+    @property
+    def name(self) -> str:
+        """For people."""
+
+    @property
+    def time_s(self) -> Array:
+        """(n,)"""
+
+    @property
+    def readings(self) -> Mapping[str, Array]:
+        """Sensor → (n, n_y)."""
+
+    @property
+    def inputs(self) -> Mapping[str, Array]:
+        """Name → (n,)."""
+
+    @property
+    def arrivals(self) -> Mapping[str, Array]:
+        """Sensor → (n,)."""
+
+    def sensor(self, name: str) -> tuple[Array, Array]:
+        """Times and readings of a sensor that there is; `InputError` for an unknown one."""
 
 
-def in_order_of_capture(recording: Recording, model: StateSpaceModel) -> tuple[Array, Array]:
+def in_order_of_capture(recording: Recorded, model: StateSpaceModel) -> tuple[Array, Array]:
     """Return times (n,) and rows (n, n_row); see `estimation.recording.Recording.stacked`."""
     time_s = recording.time_s
     y = np.full((len(time_s), model.n_row), np.nan)
@@ -36,8 +61,14 @@ def in_order_of_capture(recording: Recording, model: StateSpaceModel) -> tuple[A
     return np.asarray(time_s, dtype=float), y
 
 
-def in_order_of_arrival(recording: Recording, model: StateSpaceModel) -> tuple[Array, Array, Array]:
-    """Return times (n,), rows (n, n_row) and arrivals (n,); see `Recording.as_arrived`."""
+def in_order_of_arrival(recording: Recorded, model: StateSpaceModel) -> tuple[Array, Array, Array]:
+    """Return times (n,), rows (n, n_row) and arrivals (n,); see `Recording.as_arrived`.
+
+    Raises
+    ------
+    InputError
+        If no sensor has a reading, or an input is not known from the first instant on.
+    """
     time_s, sensors = recording.time_s, list(_told_sensors(recording, model))
     inputs = [
         (held(recording.name, time_s, recording.inputs, name), recording.inputs[name])
@@ -72,7 +103,7 @@ def in_order_of_arrival(recording: Recording, model: StateSpaceModel) -> tuple[A
     return time_s[row], y, arrival_s
 
 
-def check_sensors(recording: Recording, model: StateSpaceModel) -> None:
+def check_sensors(recording: Recorded, model: StateSpaceModel) -> None:
     """Raise `InputError` unless a recording has what a model's sensors read."""
     check_intervals(recording.name, recording.time_s, model)
     own = [s for s in model.sensors if s.rest is not None and s.name in recording.readings]
@@ -92,7 +123,7 @@ def _columns(model: StateSpaceModel) -> list[tuple[SensorModel, slice]]:
     return [(s, slice(end - s.n_y, end)) for s, end in zip(model.sensors, ends, strict=True)]
 
 
-def _told_sensors(recording: Recording, model: StateSpaceModel) -> list[tuple[SensorModel, slice]]:
+def _told_sensors(recording: Recorded, model: StateSpaceModel) -> list[tuple[SensorModel, slice]]:
     """Return the sensors whose readings a recording has; rest where an IMU tells it."""
     return [
         (sensor, columns)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from estimation.arrivals import arrival_of, has_reading
 from estimation.consistency import Consistency, consistency_of, nees, nis
 from estimation.estimate import EstimateHistory
 from estimation.estimator import LookingBack, run
@@ -19,18 +18,15 @@ from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
 from models.state_space import StateSpaceModel
-from pen_mhe.causal_lag import causal_lags, told_at
+from pen_mhe.causal_run import causal_lags, delays_of, told_at
 from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, seen_only, state_errors
-from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_estimator, check_filter, create_estimator
+from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_filter, create_estimator
 from pen_mhe.run_result import EstimateRun
 from pen_mhe.sensor_verdict import judge
 from recordings.ink import ink_match
 from recordings.read import read_written
 from recordings.thinning import CameraThinning, left_out_error, thinned
 from recordings.written import WrittenRecording
-
-if TYPE_CHECKING:
-    pass
 
 
 def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
@@ -85,15 +81,12 @@ def estimate_recording(
         sensor of rest (zero where an IMU says that it does not move) tells it instead
     smooth : go back over a filter's estimates, so that each knows the whole recording; output, ink
         and errors are those
-    causal : take readings as they arrive, see `estimation.estimator.run`; False takes each at its
-        capture, in spite of a delay. With ``lag_samples`` each sample of the fastest sensor is
-        told when so many of the same sensor have arrived after it
+    causal : see `estimation.estimator.run`; ``lag_samples`` are then the fastest sensor's
 
     Raises
     ------
     InputError
-        If no chosen sensor has readings of its own, a name or number makes no sense, or a run is
-        to be both smooth and causal.
+        If no chosen sensor has readings of its own, or something given makes no sense.
     """
     if smooth:
         check_filter(estimator)
@@ -123,9 +116,7 @@ def estimate_recording(
     used = recorded if thinning is None else thinned(model, recorded, thinning)
     fastest = max(measured, key=lambda name: len(used.sensor(name)[0]))
     times, given = used.sensor(fastest)[0], dict(settings or {})
-    lag = 0
     if causal:
-        check_estimator(estimator)
         lag, given = causal_lags(estimator, given, used, fastest)
     built = create_estimator(estimator, model, **given)
     keeps = smooth or _has_nees(model, used)
@@ -154,7 +145,7 @@ def estimate_recording(
         nees=_nees(model, told, used),
         ink=ink_match(output, loaded.ink) if loaded.ink else None,
         zero_delay=() if causal else tuple(s.name for s in model.sensors if s.delay_s > 0),
-        delays_s=_delays_s(model, used),
+        delays_s=delays_of(model, used),
         is_causal=causal,
         lag_samples=lag,
         rows_without=len(times) - len(output),
@@ -237,16 +228,6 @@ def _true_rms(
     if np.isnan(truth.states(model.state_names, recording.time_s)).any():
         return dict(rms)
     return seen_only(model, rms, judge(model, recording))
-
-
-def _delays_s(model: StateSpaceModel, used: Recording) -> dict[str, float]:
-    """Return, of each sensor that is late, by how much: the median from capture to arrival."""
-    found = {}
-    for sensor in model.sensors:
-        if sensor.name in used.readings:
-            late = arrival_of(used.time_s, used.arrivals, sensor) - used.time_s
-            found[sensor.name] = float(np.median(late[has_reading(used.readings[sensor.name])]))
-    return {name: delay_s for name, delay_s in found.items() if delay_s > 0}
 
 
 def _nis(model: StateSpaceModel, history: EstimateHistory) -> Consistency | None:

@@ -2,9 +2,8 @@
 
 A recording has a column ``time_s`` (or ``time_ms``, ``time_us``) and columns
 ``<sensor>_<axis>``, with the unit at the end of the header
-(``accel_x_m_s2``, ``gyro_x_deg_s``) or given by option, else SI. ``<sensor>_arrival_s`` is when
-its reading of a row, captured at ``time_s``, arrived. Columns ``true_<state>`` hold the truth.
-Times and truth may be in any unit of their row of `models.units`.
+(``accel_x_m_s2``, ``gyro_x_deg_s``) or given by option, else SI. ``<sensor>_arrival_s`` is when its
+reading arrived, ``true_<state>`` the truth: in any unit of their row of `models.units`.
 
 A Parquet file that is written says in its metadata with which version: ``pen_mhe_version``. A CSV
 has no place for it that every reader would skip.
@@ -211,8 +210,7 @@ def recording_from_table(
     time_s = increasing_times(values[TIME], found[TIME], where)
     readings, arrivals = {}, {}
     for sensor, config in pen.sensors.items():
-        arrival = f"{sensor}_{ARRIVAL}"
-        if arrival in found:
+        if (arrival := f"{sensor}_{ARRIVAL}") in found:
             arrivals[sensor] = np.round(values[arrival], TIME_DIGITS)
         axes = [f"{sensor}_{axis}" for axis, _ in config.reading_axes]
         missing = [axis for axis in axes if axis not in found]
@@ -243,8 +241,7 @@ def recording_to_table(recording: Recording, pen: PenConfig) -> pd.DataFrame:
     for sensor, values in recording.readings.items():
         for i, (axis, unit) in enumerate(pen.sensors[sensor].reading_axes):
             columns[f"{sensor}_{axis}_{unit}"] = values[:, i]
-        if sensor in recording.arrivals:
-            columns[f"{sensor}_{ARRIVAL}_s"] = recording.arrivals[sensor]
+    columns |= {f"{sensor}_{ARRIVAL}_s": at for sensor, at in recording.arrivals.items()}
     if recording.truth is not None:
         # The truth may be given at more instants than the readings.
         states = recording.truth.states(recording.truth.names, recording.time_s)

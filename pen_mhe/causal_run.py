@@ -1,4 +1,7 @@
-"""A lag in samples of one sensor, where an estimator's counts those of all that have arrived."""
+"""What a causal run needs: lags in samples of one sensor, its rows as told first, the delays.
+
+An estimator's lag counts stages of its window, of all sensors that have arrived.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from estimation.arrivals import arrival_of, has_reading
 from estimation.estimate import EstimateHistory
 from estimation.estimator import LookingBack
 from estimation.recording import Recording
 from estimation.settings import config_of
 from models.errors import InputError
-from pen_mhe.estimators import ESTIMATORS, configs
+from models.state_space import StateSpaceModel
+from pen_mhe.estimators import ESTIMATORS, check_estimator, configs
 
 
 def causal_lags(
@@ -31,9 +36,10 @@ def causal_lags(
     Raises
     ------
     InputError
-        If the settings are not allowed, the sensor has no more samples than the lag, or the
-        window does not reach that far.
+        If no estimator has the name, its settings are not allowed, the sensor has no more samples
+        than the lag, or the window does not reach that far.
     """
+    check_estimator(estimator)
     config = config_of(estimator, configs(), {**ESTIMATORS[estimator].defaults, **settings})
     lag = max(config.lags, default=0) if isinstance(config, LookingBack) else 0
     if lag == 0:
@@ -71,3 +77,13 @@ def told_at(history: EstimateHistory, times: np.ndarray, lag: int) -> EstimateHi
             f"more than {lag}: the fastest sensor is later than others"
         )
     return history.at_lag_of(lag, newest)
+
+
+def delays_of(model: StateSpaceModel, used: Recording) -> dict[str, float]:
+    """Return, of each sensor that is late, by how much: the median from capture to arrival."""
+    found = {}
+    for sensor in model.sensors:
+        if sensor.name in used.readings:
+            late = arrival_of(used.time_s, used.arrivals, sensor) - used.time_s
+            found[sensor.name] = float(np.median(late[has_reading(used.readings[sensor.name])]))
+    return {name: delay_s for name, delay_s in found.items() if delay_s > 0}
