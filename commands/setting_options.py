@@ -52,6 +52,9 @@ OPTIONS: Mapping[str, SettingOption] = MappingProxyType(
         "gate_probability": SettingOption(
             help="Readings beyond this quantile of their distance are dropped."
         ),
+        "late_samples": SettingOption(
+            help="Measurements back that a late one is taken at least; 0 takes none.", kind=int
+        ),
         "horizon": SettingOption(help="Intervals in the window."),
         "arrival_cost": SettingOption(
             help="What is known of the window's first state.",

