@@ -100,6 +100,10 @@ def check_failures(estimator: Estimator[Any], measurements: list[Measurement]) -
     newest = measurements[-1].time_s
     late = Measurement(newest - 0.005, measurements[-1].y)
     _, estimate = estimator.step(state, late)
+    assert estimate.time_s == newest
+    assert np.isfinite(estimate.state.mean).all()
+    assert np.isfinite(estimate.state.covariance).all()
+    _, estimate = estimator.step(state, Measurement(newest - 1e3, measurements[-1].y))
     assert Status.LATE in estimate.status
     assert estimate.time_s == newest
     assert np.isfinite(estimate.state.mean).all()
