@@ -213,7 +213,7 @@ def test_where_a_second_start_was_of_no_use_the_first_trajectory_is_told_of() ->
 @needs_compiler
 def test_a_late_step_has_no_row_and_one_without_time_no_deviation() -> None:
     model, measurements = draw("pendulum")
-    late = Measurement(measurements[9].time_s, measurements[9].y)
+    late = Measurement(measurements[4].time_s, measurements[4].y)
     disturbed = [*measurements[:12], late, *measurements[12:]]
     for estimator in both_engines("mhe-rti", model, horizon=6, lag_samples=3).values():
         history = run_measurements(estimator, disturbed)

@@ -179,9 +179,25 @@ def test_another_interval_of_a_live_stream_is_refused(name: str) -> None:
         InputError, match=r"0.02 s since the last measurement, but model sampled spring holds for"
     ):
         estimator.step(state, Measurement(T + 0.02, y))
-    for time_s, status in ((T, Status.SOLVED), (3 * T, Status.SOLVED), (0.0, Status.LATE)):
+    for time_s in (T, 3 * T):
         _, estimate = estimator.step(state, Measurement(time_s, y))
-        assert estimate.status & ~Status.IMPROBABLE is status
+        assert estimate.status & ~Status.IMPROBABLE is Status.SOLVED
+    _, late = estimator.step(state, Measurement(0.0, y))
+    assert late.time_s == T
+
+
+@pytest.mark.parametrize("name", ["mhe-rti", "mhe", "mhe-ipopt"])
+def test_a_late_reading_between_two_intervals_is_refused(name: str) -> None:
+    model = discrete()
+    estimator = create_estimator(name, model, **settings_read(name, {"horizon": 3}))
+    y = model.stack({"y": np.ones(2)}, {"u1": 0.0, "u2": 0.0})
+    state = estimator.init()
+    for k in (0, 1, 3):
+        state, _ = estimator.step(state, Measurement(k * T, y))
+    with pytest.raises(InputError, match=r"0\.08 s since the last measurement, but model sampled"):
+        estimator.step(state, Measurement(3 * T - 0.08, y))
+    _, estimate = estimator.step(state, Measurement(2 * T, y))
+    assert estimate.window.time_s.tolist() == [0.0, T, 2 * T, 3 * T]
 
 
 BAD: dict[str, tuple[dict[str, Any], str]] = {
