@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +23,7 @@ from tests.engines import needs_compiler
 from tests.estimation.arriving import Reading, changed_after, readings_of, recording_of
 from tests.estimation.test_arrivals import model as forced_walk
 
-SENSORS = ("accel", "gyro", "camera", "area")
+SENSORS = ("accel", "gyro", "camera")
 LAGS = (14, 15, 16, 17)
 SETTINGS: dict[str, dict[str, Any]] = {
     "ekf": {},
@@ -30,17 +32,24 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "mhe-ipopt": {"horizon": 20, "lag_samples": LAGS},
 }
 QUICK_S, LONG_S = 0.4, 2.0
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "late_readings.md"
 TIMES = ("step_time_s",)
 """What a clock says of a run is its own."""
 
 
 @cache
 def model() -> StateSpaceModel:
-    """A pen with a late camera and a writing area, whose readings no sensor brings.
+    """A pen with a late camera."""
+    return pen_model(load_pen("reference"), SENSORS)
+
+
+@cache
+def model_with_area() -> StateSpaceModel:
+    """The same with a writing area, whose readings no sensor brings.
 
     The area's periods are longer than the IMU's: a frame that comes late may be a period's first.
     """
-    built = pen_model(load_pen("reference"), SENSORS)
+    built = pen_model(load_pen("reference"), (*SENSORS, "area"))
     sensors = [
         each if each.constant_reading is None else replace(each, rate_hz=40.0)
         for each in built.sensors
@@ -49,9 +58,7 @@ def model() -> StateSpaceModel:
 
 
 def recorded(duration_s: float) -> list[Reading]:
-    recording = pm.simulate(
-        "reference", ["accel", "gyro", "camera"], motion="handwriting", duration_s=duration_s
-    )
+    recording = pm.simulate("reference", SENSORS, motion="handwriting", duration_s=duration_s)
     return readings_of(recording, np.random.default_rng(1), late="camera")
 
 
@@ -103,11 +110,11 @@ def test_what_arrives_later_changes_no_estimate(name: str, driver: str) -> None:
 def test_later_arrivals_change_no_row_before() -> None:
     """What estimators are given, whatever they make of it: the writing area's readings too."""
     readings, rng = recorded(LONG_S), np.random.default_rng(3)
-    whole = recording_of("whole", readings).as_arrived(model())
+    whole = recording_of("whole", readings).as_arrived(model_with_area())
     for after_s in rng.uniform(0.2, 0.9, 20) * LONG_S:
         changed = recording_of("changed", changed_after(readings, after_s, rng))
         n = int(np.searchsorted(whole[2], after_s, side="right"))
-        for one, other in zip(whole, changed.as_arrived(model()), strict=True):
+        for one, other in zip(whole, changed.as_arrived(model_with_area()), strict=True):
             np.testing.assert_array_equal(one[:n], other[:n])
 
 
@@ -144,7 +151,7 @@ def test_nor_do_inputs_that_come_later(name: str) -> None:
 @pytest.mark.parametrize("driver", DRIVERS)
 @pytest.mark.parametrize("name", ["ekf", "mhe-rti", "mhe"])
 def test_nor_in_a_longer_recording(name: str, driver: str) -> None:
-    estimator = pm.create_estimator(name, model(), **SETTINGS[name])
+    estimator = pm.create_estimator(name, model_with_area(), **SETTINGS[name])
     check(estimator, LONG_S, cuts=6, driver=DRIVERS[driver])
 
 
@@ -152,5 +159,16 @@ def test_nor_in_a_longer_recording(name: str, driver: str) -> None:
 @pytest.mark.parametrize("name", ["ekf", "mhe-rti", "mhe", "mhe-ipopt"])
 def test_nor_interpreted_or_by_ipopt(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("estimation.native.compiler", lambda: None)
-    estimator = pm.create_estimator(name, model(), **SETTINGS[name])
+    estimator = pm.create_estimator(name, model_with_area(), **SETTINGS[name])
     check(estimator, QUICK_S, cuts=1, driver=one_by_one)
+
+
+@needs_compiler
+def test_the_page_runs() -> None:
+    [block] = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(block, str(PAGE), "exec"), names)
+    samples = names["samples"]
+    np.testing.assert_array_equal(names["known"].arrival_s, samples)
+    np.testing.assert_array_equal(names["later"].arrival_s, samples[14:])
+    np.testing.assert_array_equal(names["later"].time_s, samples[:-14])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +17,8 @@ from models.errors import InputError
 from pen_mhe.run_result import EstimateRun
 from recordings.formats.tables import recording_to_table, write_table
 
-pytestmark = pytest.mark.usefixtures("interpreted")
 SENSORS = ["accel", "gyro", "camera"]
 LAG, HORIZON = 4, 8
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "late_readings.md"
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +73,7 @@ def test_what_makes_no_causal_run_is_refused(recording: Recording) -> None:
         estimated(recording, estimator="ekf", lag_samples=LAG)
 
 
+@pytest.mark.usefixtures("interpreted")
 def test_samples_older_than_another_sensors_have_no_row(recording: Recording) -> None:
     """A gyroscope of 100 Hz, 5 ms later than its accelerometer of 50 Hz between its samples."""
     gyro, accel = recording.sensor("gyro"), recording.sensor("accel")
@@ -106,13 +104,3 @@ def test_the_command_writes_when_rows_were_told(recording: Recording, tmp_path: 
     refused = CliRunner().invoke(app, [*words, "--smooth"])
     assert refused.exit_code == 2
     assert refused.stderr.count("\n") == 1
-
-
-def test_the_page_runs() -> None:
-    [block] = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
-    names: dict[str, Any] = {}
-    exec(compile(block, str(PAGE), "exec"), names)
-    samples = names["samples"]
-    np.testing.assert_array_equal(names["known"].arrival_s, samples)
-    np.testing.assert_array_equal(names["later"].arrival_s, samples[14:])
-    np.testing.assert_array_equal(names["later"].time_s, samples[:-14])
