@@ -56,6 +56,11 @@ class EkfState:
         return self.layout.view(self.memory, "inputs")
 
     @property
+    def rest(self) -> Array:
+        """What the detector of rest remembers, see `rest_blocks`; empty where there is none."""
+        return self.memory[self.layout.slices["inputs"].stop : self.layout.slices["count"].start]
+
+    @property
     def n_rows(self) -> int:
         """How many rows it can go back by."""
         count = self.layout.view(self.memory, "count")
