@@ -56,6 +56,11 @@ class EkfState:
         return self.layout.view(self.memory, "inputs")
 
     @property
+    def rest(self) -> Array:
+        """What the detector of rest remembers, see `rest_blocks`; empty where there is none."""
+        return self.memory[self.layout.slices["inputs"].stop : self.layout.slices["count"].start]
+
+    @property
     def n_rows(self) -> int:
         """How many rows it can go back by."""
         count = self.layout.view(self.memory, "count")
@@ -101,7 +106,7 @@ def filter_memory(model: StateSpaceModel, kept: Kept) -> Layout:
     """Return the layout of the filter's state; ``time_s`` is NaN before the first measurement.
 
     The blocks from ``count`` on are its log, in order of capture: ``rows`` as they were given,
-    ``steps`` between them, s, and the filter's own blocks as they were before every so-manieth row,
+    ``steps`` between them, s, and the filter's own blocks as they were before every few rows,
     the oldest first. ``times`` begin with that of the state before all rows.
     """
     own = _own_blocks(model)

@@ -20,6 +20,8 @@ from tests.linear_models import coupled_system
 
 LATE_S = {"inputs": 0.3, "linear": 0.8}
 """Stream → how late its sensors come at most; others by 0.09 s."""
+QUICK = ("pen with a gate", "inputs")
+"""Streams on which both engines are quickly compared."""
 BITS = ("mean", "covariance")
 SYSTEM = coupled_system(3)
 Y = np.array([0.3, -0.2, 0.1])
@@ -81,7 +83,10 @@ def test_without_a_compiler_too() -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", STREAMS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in STREAMS],
+)
 def test_compiled_is_interpreted(name: str) -> None:
     stream, measurements = arrived(name, seed=3)
     machine, plain = compiled_and_interpreted(lambda: ekf(stream))
