@@ -12,7 +12,6 @@ from ekf_baseline.ekf import Ekf, EkfConfig
 from estimation.estimate import EstimateHistory
 from estimation.estimator import BatchEstimator, run, run_measurements
 from estimation.recording import Measurement, Recording
-from estimation.status import Status
 from mhe.config import MheConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
 from models.arrays import Array
