@@ -19,7 +19,12 @@ from models.units import TIME_DIGITS
 
 INSTANTS = ("time_s", "times", "at_time")
 """Names of blocks of the state and of arrays of the workspace that hold times."""
-REBASE = "rebase(state, memory, (real)(state->newest_s - state->origin_s));"
+NEWEST = "(real)(state->newest_s - state->origin_s)"
+REBASE = f"rebase(state, memory, {NEWEST});"
+SINCE_ORIGIN = "(real)(time_s - state->origin_s)"
+SNAPPED = f"snapped(state->memory[state->at], {SINCE_ORIGIN}, {NEWEST})"
+TICK = 4
+"""Roundings within which two times of a few bits are one."""
 
 
 def interface(export: Exportable, start: Array, prefix: str, precision: Precision) -> str:
@@ -44,12 +49,12 @@ def interface(export: Exportable, start: Array, prefix: str, precision: Precisio
         first=first,
         start=braces(entries),
         measured=braces([str(column) for column in measured_columns(model)]),
-        time="(real)(time_s - state->origin_s)" if is_relative else "time_s",
+        time=f"late ? {SNAPPED} : {SINCE_ORIGIN}" if is_relative else "time_s",
         constants=_constants(export, precision) if constants else "",
         add_constants=_add_constants(prefix) if constants else "",
         check_inputs=_check_inputs(export) if model.n_u else "",
         call_constants="if (!late) add_constants(state, time_s, y);" if constants else "",
-        rebase=_rebase(export, prefix) if is_relative else "",
+        rebase=_rebase(export, prefix, precision) if is_relative else "",
         call_rebase=REBASE if is_relative else "",
         numbers="\n".join(
             f"    estimate->{name} = ({c_type})estimate->{TOLD}[{i}];"
@@ -92,10 +97,10 @@ def _constants(export: Exportable, precision: Precision) -> str:
     )
 
 
-def _rebase(export: Exportable, prefix: str) -> str:
+def _rebase(export: Exportable, prefix: str, precision: Precision) -> str:
     """Return what keeps times of a few bits near zero."""
     memory, loop = export.loop.memory, export.loop
-    first, *_ = (memory.slices[name].start for name in INSTANTS if name in memory.shapes)
+    first, *_ = (memory.slices[name] for name in INSTANTS if name in memory.shapes)
     spans = {
         f"memory[{memory.slices[name].start} + i]": math.prod(memory.shapes[name])
         for name in INSTANTS
@@ -112,4 +117,11 @@ def _rebase(export: Exportable, prefix: str) -> str:
         f"    for (integer i = 0; i < {size}; i++) {entry} -= oldest;"
         for entry, size in spans.items()
     ]
-    return filled("rebase.c", prefix=prefix, first=str(first), shifts="\n".join(shifts))
+    return filled(
+        "rebase.c",
+        prefix=prefix,
+        first=str(first.start),
+        n_times=str(first.stop - first.start),
+        tick=precision.number(TICK * float(np.finfo(precision.dtype).eps)),
+        shifts="\n".join(shifts),
+    )

@@ -8,3 +8,12 @@ static void rebase(@{prefix}_state *state, real *memory, real newest)
 @shifts
     state->origin_s += (double)oldest;
 }
+
+/* A time that is that of an instant of the loop but for rounding: another origin was its own. */
+static real snapped(const real *memory, real time, real newest)
+{
+    const real *times = memory + @first, tick = @tick * newest;
+    for (integer i = 0; i < @n_times; i++)
+        if (times[i] - time <= tick && time - times[i] <= tick) return times[i];
+    return time;
+}
