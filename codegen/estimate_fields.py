@@ -15,7 +15,7 @@ WORDS: Mapping[str, str] = MappingProxyType(
     {
         "time_s": "s, of the newest state",
         "status": "bits STATUS_...; 0: solved without a remark",
-        "iterations": "passes; 1 for a filter, 0 where the measurement was late",
+        "iterations": "passes; 1 for a filter, 0 where the measurement was out of reach",
         "reused": "stages whose factors were kept",
         "mean": "estimate of the states",
         "covariance": "of the estimate, row by row, in products of the states' units",

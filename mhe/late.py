@@ -31,7 +31,7 @@ from models.state_space import StateSpaceModel
 
 
 @dataclass(frozen=True)
-class Place:
+class StagePlace:
     """Where a measurement goes.
 
     Parameters
@@ -58,13 +58,17 @@ class Place:
         return max(self.at if self.joins else self.behind - 1, 0)
 
 
+ALONE = StagePlace(0, 0, is_late=False, joins=False)
+"""Of the first measurement of a window."""
+
+
 def place_of(
     times: Sequence[float] | Array,
     there: Sequence[NDArray[np.bool_]],
     capacity: int,
     time_s: float,
     y: Array,
-) -> Place:
+) -> StagePlace:
     """Return where a measurement goes.
 
     Parameters
@@ -80,8 +84,8 @@ def place_of(
         if times[k] != time_s:
             break
         if not (np.isfinite(y[: len(there[k])]) & there[k]).any():
-            return Place(k, 0, is_late=True, joins=True)
-    return Place(at - drop, drop, is_late=at < n, joins=False)
+            return StagePlace(k, 0, is_late=True, joins=True)
+    return StagePlace(at - drop, drop, is_late=at < n, joins=False)
 
 
 def readings_there(model: StateSpaceModel, present: Array | NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -186,7 +186,7 @@ class View:
     told: int
 
     @classmethod
-    def of(cls, layout: Layout, memory: Array, told: int | None = None) -> View:
+    def of(cls, layout: Layout, memory: Array, *, told: int | None = None) -> View:
         """Look at as many stages as the window has; by default the newest is told of."""
         count = int(layout.view(memory, "count"))
         stages = {block: layout.view(memory, block)[:count] for block in PER_STAGE}

@@ -24,16 +24,13 @@ from mhe.interpreted.deadline import Deadline
 from mhe.interpreted.pass_result import Pass
 from mhe.interpreted.sliding import WindowSlider
 from mhe.interpreted.window_pass import WindowPass
-from mhe.late import Place, place_of, readings_there
+from mhe.late import ALONE, StagePlace, place_of, readings_there
 from mhe.look_back import told_stages
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.window_memory import Scales, View, put
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
-
-ALONE = Place(0, 0, is_late=False, joins=False)
-"""Of the first measurement of a window."""
 
 
 class InterpretedWindow:
@@ -126,7 +123,7 @@ class InterpretedWindow:
         return memory, result
 
     def _attempt(
-        self, given: Array, place: Place, time_s: float, y: Array
+        self, given: Array, place: StagePlace, time_s: float, y: Array
     ) -> tuple[Array, Array, Status]:
         old, capacity = View.of(self.memory, given), self.memory.shapes["times"][0]
         count = len(old.times) + int(not place.joins) - place.drop
@@ -170,7 +167,9 @@ class InterpretedWindow:
         time_s = float(window.times[-1])
         return report(self.result, self._derived, time_s, state, solved.newest, status, *figures)
 
-    def _only_predict(self, old: View, window: View, place: Place) -> tuple[GaussianState, Solved]:
+    def _only_predict(
+        self, old: View, window: View, place: StagePlace
+    ) -> tuple[GaussianState, Solved]:
         """Return the newest state as predicted from the last estimate."""
         self._deadline.note_none()
         known = window.newest
@@ -183,7 +182,7 @@ class InterpretedWindow:
         lagged = self._pass.look_back(window, window.x, None)
         return state, Solved(None, known, Status.PREDICTED, lagged=lagged)
 
-    def _staying(self, old: View, place: Place, limit: float) -> int:
+    def _staying(self, old: View, place: StagePlace, limit: float) -> int:
         """Return how many stages of the window to come keep their factors, as slide.c does."""
         if not self._reuse > 0:
             return 0

@@ -12,7 +12,7 @@ from mhe.arrival_cost import ARRIVAL_COSTS, Slide
 from mhe.config import RealTimeConfig
 from mhe.domain import inside
 from mhe.interpreted.window_pass import WindowPass
-from mhe.late import Place, joined, readings_there, shares
+from mhe.late import StagePlace, joined, readings_there, shares
 from mhe.trajectory import Trajectory
 from mhe.window_memory import BETWEEN_STAGES, PER_STAGE, View, put
 from models.arrays import Array
@@ -44,7 +44,7 @@ class WindowSlider:
             window.prior_deviation[:] = -deviation
 
     def slide(
-        self, given: Array, place: Place, time_s: float, y: Array, stays: int
+        self, given: Array, place: StagePlace, time_s: float, y: Array, stays: int
     ) -> tuple[Array, View]:
         """Return the window with a measurement in it, flat and as its view; slide.c does so in C.
 
@@ -53,7 +53,7 @@ class WindowSlider:
         stays : how many of the oldest stages keep their factors
         """
         memory = self._shifted(given, place)
-        old, new = View.of(self._memory, given), View.of(self._memory, memory, place.at)
+        old, new = View.of(self._memory, given), View.of(self._memory, memory, told=place.at)
         if place.joins:
             self._join(new, y)
         else:
@@ -63,12 +63,12 @@ class WindowSlider:
                 put(self._memory, memory, "prior", prior)
             if not place.is_late:
                 self._memory.view(memory, "inputs")[:] = y[self._model.n_y :]
-        new = View.of(self._memory, memory, place.at)  # with its new prior
+        new = View.of(self._memory, memory, told=place.at)  # with its new prior
         self._choose_points(new, stays)
         new.stayed[...] = stays
         return memory, new
 
-    def _shifted(self, given: Array, place: Place) -> Array:
+    def _shifted(self, given: Array, place: StagePlace) -> Array:
         """Return the stages, without the oldest where it goes, with room for one of its own."""
         layout, memory, old = self._memory, given.copy(), View.of(self._memory, given)
         if place.joins:
@@ -98,7 +98,7 @@ class WindowSlider:
         self._take_readings(window, k, joined(stage, y))
         window.demanded[k] = np.maximum(window.demanded[k], demanded)
 
-    def _put(self, old: View, new: View, place: Place, time_s: float, y: Array) -> Array:
+    def _put(self, old: View, new: View, place: StagePlace, time_s: float, y: Array) -> Array:
         """Fill a stage of its own; return the noise that leads to it, or what led on."""
         k, last = place.at, place.behind - 1
         new.times[k] = time_s

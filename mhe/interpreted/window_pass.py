@@ -72,12 +72,8 @@ class WindowPass(WindowTrajectory):
                 ahead = forward.predictions[k - 1]
                 at, deviation = ahead.state, ahead.deviation + self._defect(ahead, x[k])
             tells = self.stage.update(at, window.y[k], window.present[k], x[k], deviation)
-        newest = replace(
-            newest,
-            innovation=tells.innovation,
-            innovation_covariance=tells.innovation_covariance,
-            present=tells.present,
-        )
+        v, S, present = tells.innovation, tells.innovation_covariance, tells.present
+        newest = replace(newest, innovation=v, innovation_covariance=S, present=present)
         covariances = np.array([update.state.covariance for update in forward.updates])
         found = found if finite else replace(found, length=np.nan)
         found = found if J is None else replace(found, mu=J.T @ found.mu)

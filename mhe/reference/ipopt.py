@@ -19,7 +19,7 @@ from estimation.settings import checked_config
 from estimation.status import Status
 from mhe.arrival_cost import diffuse
 from mhe.config import MheIpoptConfig
-from mhe.late import Place, place_of, readings_there
+from mhe.late import StagePlace, place_of, readings_there
 from mhe.look_back import Smoother, look_back
 from mhe.reference.forward_pass import ForwardPass
 from mhe.reference.ipopt_solver import IpoptSolver
@@ -97,7 +97,7 @@ class MheIpopt:
         assert anew is not None
         return anew[0], replace(anew[1], status=anew[1].status | Status.NOT_FINITE)
 
-    def _place(self, state: MheState, measurement: Measurement) -> Place:
+    def _place(self, state: MheState, measurement: Measurement) -> StagePlace:
         """Return where a measurement goes; a step of no length that the model has is refused."""
         times, model = [m.time_s for m in state.measurements], self.model
         newest_s = times[-1] if times else measurement.time_s
@@ -113,7 +113,7 @@ class MheIpopt:
         return replace(late, status=status)
 
     def _taken(
-        self, state: MheState, place: Place, measurement: Measurement
+        self, state: MheState, place: StagePlace, measurement: Measurement
     ) -> tuple[Array, Measurement]:
         """Return what the detector of rest remembers, and a measurement with all its inputs."""
         last, before = state.measurements[-1:], None
@@ -140,7 +140,7 @@ class MheIpopt:
         return WindowSolution(trajectory, newest, cost, status, iterations)
 
     def _attempt(
-        self, state: MheState, place: Place, measurement: Measurement
+        self, state: MheState, place: StagePlace, measurement: Measurement
     ) -> tuple[MheState, Estimate] | None:
         """Slide and solve; None where what is known before solving is not finite."""
         window, guess = self._slider.slide(state, place, measurement)

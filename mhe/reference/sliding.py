@@ -11,7 +11,7 @@ from estimation.recording import Measurement
 from mhe.arrival_cost import ARRIVAL_COSTS, Slide
 from mhe.config import MheIpoptConfig
 from mhe.domain import inside
-from mhe.late import Place, joined, shares
+from mhe.late import StagePlace, joined, shares
 from mhe.reference.state import MheState
 from mhe.trajectory import Trajectory
 from mhe.weights import Weights
@@ -33,7 +33,7 @@ class Slider:
         self._model, self._config, self._stage, self._weights = model, config, stage, weights
 
     def slide(
-        self, state: MheState, place: Place, measurement: Measurement
+        self, state: MheState, place: StagePlace, measurement: Measurement
     ) -> tuple[MheState, Trajectory]:
         """Return the window with a measurement in it, and the guess of its solution."""
         if state.trajectory is None:
@@ -56,7 +56,7 @@ class Slider:
         return replace(state, measurements=tuple(stages), trajectory=None)
 
     def _guess(
-        self, state: MheState, place: Place, measurement: Measurement
+        self, state: MheState, place: StagePlace, measurement: Measurement
     ) -> tuple[np.ndarray, Trajectory]:
         """Return the state at a measurement, and the last solution with it."""
         assert state.trajectory is not None

@@ -9,11 +9,14 @@ import pytest
 
 from estimation.recording import Measurement
 from estimation.status import Status
+from mhe.config import MheConfig
+from mhe.realtime import Mhe
 from tests.configs import config_for
 from tests.engines import steps
 from tests.linear_models import constant_acceleration_system, coupled_system, irregular_times
 from tests.mhe.late_streams import Delays, in_order, is_late, late_stream
 from tests.mhe.runs import ESTIMATORS
+from tests.mhe.windows import window_of
 
 SYSTEMS = {"coupled": coupled_system(3), "two axes": constant_acceleration_system(2, density=20.0)}
 TOLERANCE_STD = {"mhe-ipopt": 1e-8, "mhe-rti": 1e-9, "mhe": 1e-9}
@@ -130,3 +133,22 @@ def test_it_becomes_the_oldest_stage(estimator: str) -> None:
         std = np.sqrt(np.diag(wanted.covariance))
         error = np.abs((estimate.state.mean - wanted.mean) / std).max()
         assert error < TOLERANCE_STD[estimator]
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
+def test_a_reading_that_its_first_guess_meets_is_no_trap(share: float) -> None:
+    """The window costs more with it than what is guessed first, which no trajectory costs."""
+    system, rng = SYSTEMS["two axes"], np.random.default_rng(10)
+    measurements = system.simulate(np.arange(12) * 0.2, rng, missing=0.0)
+    mhe = Mhe(system.model, MheConfig(horizon=20))
+    state = mhe.init()
+    for m in measurements:
+        state, _ = mhe.step(state, m)
+    window, dt = window_of(mhe, state), 0.2 * share
+    guessed = system.model.f(window.x[7], np.sqrt(share) * window.w[7], dt)
+    late = Measurement(measurements[7].time_s + dt, system.H @ np.asarray(guessed).ravel())
+    _, estimate = mhe.step(state, late)
+    assert estimate.status is Status.SOLVED
+    wanted = system.textbook(in_order([*measurements, late], system.model.n_y))[-1]
+    std = np.sqrt(np.diag(wanted.covariance))
+    assert np.abs((estimate.state.mean - wanted.mean) / std).max() < 1e-9
