@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from ekf_baseline.interpreted import FIRST, InterpretedFilter
+from ekf_baseline.outliers import OUTLIERS, gate_limits
 from estimation.chosen import chosen
 from estimation.collect import Batches
 from estimation.engine import CompiledEngine, Loop
@@ -18,6 +19,7 @@ from estimation.estimator import first_state
 from estimation.intervals import check_step
 from estimation.layout import Layout
 from estimation.linearisation import loop_functions
+from estimation.losses import checked_gates, checked_thresholds, of_sensors
 from estimation.recording import Measurement
 from estimation.rest import rest_blocks, rest_constants, rest_fields
 from estimation.result import ResultReader
@@ -25,7 +27,6 @@ from estimation.settings import checked_config
 from estimation.stored import restored, store, stride
 from estimation.symbolic_stage import difference_function
 from models.arrays import Array
-from models.errors import InputError
 from models.gaussian import GaussianState
 from models.given_prior import Prior
 from models.state_space import StateSpaceModel
@@ -39,35 +40,50 @@ class EkfConfig:
     ----------
     gate_probability : a sensor's reading is dropped when its squared
         Mahalanobis distance to the prediction exceeds the χ² quantile of this
-        probability; nearer to 1 drops less, None never drops
+        probability; nearer to 1 drops less, None never drops. One number for all sensors, or
+        sensor → probability. A gate that rejects several readings in a row opens again, see
+        `ekf_baseline.outliers`
+    huber : sensor → threshold in standard deviations of the sensor's whole innovation, beyond which
+        its noise counts as larger, so that it moves the state by no more than that; smaller
+        trusts a reading far off less, a sensor that is not named is weighed by least squares
 
     Raises
     ------
     InputError
-        If the gate is not a probability.
+        If a gate is not a probability, or a threshold not positive.
     """
 
-    gate_probability: float | None = None
+    gate_probability: float | Mapping[str, float] | None = None
+    huber: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.gate_probability is not None and not 0 < self.gate_probability < 1:
-            raise InputError(
-                f"gate_probability is {self.gate_probability}, expected between 0 and 1"
-            )
+        object.__setattr__(self, "gate_probability", checked_gates(self.gate_probability))
+        object.__setattr__(self, "huber", checked_thresholds(self.huber))
+
+    def gates(self, sensors: Sequence[str]) -> Mapping[str, float]:
+        """Return sensor → probability of its gate; `InputError` for one not among `sensors`."""
+        gate = self.gate_probability
+        if gate is None:
+            return {}
+        if isinstance(gate, Mapping):
+            return of_sensors(gate, sensors, "a gate")
+        return dict.fromkeys(sensors, gate)
 
 
 @dataclass(frozen=True, eq=False)
 class EkfState:
     """Time (None before the first measurement) and Gaussian x_k|k, or the prior x_0|-1.
 
-    ``seen`` (n_sensors,) is 1 for sensors whose readings were used, ``inputs`` (n_u,) the last
-    known ones, ``rest`` what the detector of rest remembers, see `estimation.rest.rest_blocks`;
-    empty where the model has none.
+    ``seen`` (n_sensors,) is 1 for sensors whose readings were used, ``doubt`` (2 n_sensors,) has
+    how many of a sensor's readings its gate has rejected in a row, and the time since the first of
+    them, s; ``inputs`` (n_u,) are the last known ones, ``rest`` what the detector of rest
+    remembers, see `estimation.rest.rest_blocks`; empty where the model has none.
     """
 
     time_s: float | None
     gaussian: GaussianState
     seen: Array
+    doubt: Array
     inputs: Array
     rest: Array
 
@@ -94,7 +110,9 @@ class Ekf:
         self.config = checked_config(self.name, config, EkfConfig)
         self._engine = chosen(
             lambda: CompiledEngine(model, filter_loop(model, self.config)),
-            lambda: InterpretedFilter(model, filter_memory(model), _gate(model, self.config)),
+            lambda: InterpretedFilter(
+                model, filter_memory(model), *outlier_limits(model, self.config)
+            ),
         )
         self._reader = ResultReader(model)
         self._batches = Batches(self.name, self._reader, self._engine.memory, self._engine.batch)
@@ -140,10 +158,12 @@ class Ekf:
         n_x, row = self.model.n_x, stride(self.model.n_x)
         end = 1 + n_x + row * row
         seen = end + len(self.model.sensors)
-        inputs = seen + self.model.n_u
+        doubt = seen + 2 * len(self.model.sensors)
+        inputs = doubt + self.model.n_u
         gaussian = restored(memory[1 : n_x + 1], memory[n_x + 1 : end].reshape(row, row))
         time_s = None if math.isnan(memory.item(0)) else memory.item(0)
-        return EkfState(time_s, gaussian, memory[end:seen], memory[seen:inputs], memory[inputs:])
+        parts = memory[end:seen], memory[seen:doubt], memory[doubt:inputs], memory[inputs:]
+        return EkfState(time_s, gaussian, *parts)
 
 
 def filter_memory(model: StateSpaceModel) -> Layout:
@@ -154,6 +174,7 @@ def filter_memory(model: StateSpaceModel) -> Layout:
         "mean": (n_x,),
         "covariance": (row, row),
         "seen": (len(model.sensors),),
+        "doubt": (2 * len(model.sensors),),
         "inputs": (model.n_u,),
     }
     return Layout("Memory", {**state, **rest_blocks(model)})
@@ -162,8 +183,9 @@ def filter_memory(model: StateSpaceModel) -> Layout:
 def first_filter(model: StateSpaceModel, prior: Prior | None) -> EkfState:
     """Return the state before the first measurement; a prior of None is the model's."""
     detector = Layout("RestMemory", rest_blocks(model))
-    unseen, unknown = np.zeros(len(model.sensors)), np.full(model.n_u, np.nan)
-    return EkfState(None, first_state(model, prior), unseen, unknown, np.zeros(detector.size))
+    unseen, trusted = np.zeros(len(model.sensors)), np.zeros(2 * len(model.sensors))
+    unknown, rest = np.full(model.n_u, np.nan), np.zeros(detector.size)
+    return EkfState(None, first_state(model, prior), unseen, trusted, unknown, rest)
 
 
 def packed_state(state: EkfState) -> Array:
@@ -171,36 +193,42 @@ def packed_state(state: EkfState) -> Array:
     n_x, row = len(state.gaussian.mean), stride(len(state.gaussian.mean))
     end = 1 + n_x + row * row
     seen = end + len(state.seen)
-    inputs = seen + len(state.inputs)
+    doubt = seen + len(state.doubt)
+    inputs = doubt + len(state.inputs)
     memory = np.empty(inputs + len(state.rest))
     memory[0] = np.nan if state.time_s is None else state.time_s
     memory[1 : n_x + 1] = state.gaussian.mean
     store(state.gaussian, memory[n_x + 1 : end].reshape(row, row))
-    memory[end:seen], memory[seen:inputs], memory[inputs:] = state.seen, state.inputs, state.rest
+    memory[end:seen], memory[seen:doubt] = state.seen, state.doubt
+    memory[doubt:inputs], memory[inputs:] = state.inputs, state.rest
     return memory
 
 
-def _gate(model: StateSpaceModel, config: EkfConfig) -> Array | None:
-    """Return the limits (n_r + 1,) of squared distances, by number of rows; None for no gate."""
-    if config.gate_probability is None:
-        return None
-    from scipy.stats import chi2  # takes a second to import
-
-    limits = (chi2.ppf(config.gate_probability, rows + 1) for rows in range(model.n_r))
-    return np.array([0.0, *limits])
+def outlier_limits(model: StateSpaceModel, config: EkfConfig) -> tuple[Array | None, Array | None]:
+    """Return limits of gates, see `gate_limits`, and thresholds (n_sensors,); None for none."""
+    sensors = [sensor.name for sensor in model.sensors]
+    huber = of_sensors(config.huber, sensors, "Huber's loss")
+    thresholds = np.array([huber.get(name, np.inf) for name in sensors]) if huber else None
+    return gate_limits(model, config.gates(sensors)), thresholds
 
 
 def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
     """Return the filter's loop, ekf_baseline/filter.c, for a model."""
     n_x, n_w, n_r = model.n_x, model.n_w, model.n_r
     row = stride(n_x)
+    gate, huber = outlier_limits(model, config)
     return Loop(
         sources=[Path(__file__).with_name("filter.c")],
         entry="filter",
         memory=filter_memory(model),
         functions=[loop_functions(model), [difference_function(model)]],
         fields={
-            "gate": _gate(model, config),
+            "gate": gate,
+            "huber": huber,
+            "prior_std": model.prior.std,
+            "opens": np.zeros(len(model.sensors)),
+            "stretched": np.zeros(n_x),
+            "S_wide": np.zeros((n_r, n_r)),
             "no_deviation": np.zeros(n_x),
             "no_noise": np.zeros(n_w),
             "unit_noise": np.ones(n_w),
@@ -217,5 +245,5 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
             "rows": np.zeros(n_r, dtype=np.int64),
             **rest_fields(model),
         },
-        constants={**FIRST, **rest_constants(model)},
+        constants={**FIRST, **OUTLIERS, **rest_constants(model)},
     )

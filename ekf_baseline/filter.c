@@ -1,15 +1,19 @@
 /* The extended Kalman filter: predict to the measurement's time, update with what it has.
  * Behind estimation/engine.c; the structures Memory and Filter are declared in front. */
 
-/* Squared Mahalanobis distance of some rows of an innovation; `count` rows, at most n_r. */
-static real squared_distance(const real *v, const real *S, integer n_r,
-                               const integer *rows, integer count, real *L, real *z)
+/* Squared Mahalanobis distance d2 of some rows of an innovation, `count` of them, with S and `more` of
+ * their noise R on top: the lower triangle in L, in z what `slope_of` begins with. */
+static real squared_distance(const Filter *f, const real *S, integer count, real more)
 {
-    real sum = 0;
+    const Model *m = &f->model;
+    const integer n_r = m->n_r, *rows = f->rows;
+    real sum = 0, *L = f->L, *z = f->z;
     for (integer i = 0; i < count; i++) {
-        real left = v[rows[i]];
+        const real noise = m->noise_std[rows[i]] * m->noise_std[rows[i]];
+        real left = f->v[rows[i]];
         for (integer j = 0; j <= i; j++) {
             real s = S[rows[i] + n_r * rows[j]];
+            if (i == j && more > 0) s += more * noise;
             for (integer k = 0; k < j; k++) s -= L[i * count + k] * L[j * count + k];
             L[i * count + j] = i == j ? sqrt(s) : s / L[j * count + j];
         }
@@ -20,22 +24,113 @@ static real squared_distance(const real *v, const real *S, integer n_r,
     return sum;
 }
 
-/* Take the rows of sensors whose readings are too far off out of `used`. */
-static int gate(const Filter *f)
+/* By how much d2 falls with `more`, behind `squared_distance`. */
+static real slope_of(const Filter *f, integer count)
 {
     const Model *m = &f->model;
+    real slope = 0, *L = f->L, *z = f->z;
+    for (integer i = count - 1; i >= 0; i--) {
+        const real noise = m->noise_std[f->rows[i]] * m->noise_std[f->rows[i]];
+        for (integer j = i + 1; j < count; j++) z[i] -= L[j * count + i] * z[j];
+        z[i] /= L[i * count + i];
+        slope += noise * z[i] * z[i];
+    }
+    return slope;
+}
+
+/* Those rows of a sensor, into `rows`, of which `there` is not zero; returns how many. */
+static integer rows_of(const Filter *f, integer sensor, const real *there)
+{
+    const Model *m = &f->model;
+    integer count = 0;
+    for (integer row = m->first_row[sensor]; row < m->first_row[sensor + 1]; row++)
+        if (there[row] != 0) f->rows[count++] = row;
+    return count;
+}
+
+/* Whether only the prior speaks against a sensor's readings: none was ever used. */
+static int is_new(const Filter *f, const real *given, integer sensor)
+{
+    const Model *m = &f->model;
+    return m->measured_rows[m->first_row[sensor]] && given[f->memory.seen + sensor] == 0;
+}
+
+/* Take the rows of sensors whose readings are too far off out of `used`; `opens` are those that would
+ * be, but whose gate has rejected so many in a row that the state is doubted. */
+static int gate(const Filter *f, const real *given, real *memory, real dt)
+{
+    const integer n_r = f->model.n_r, n_sensors = f->model.n_sensors;
     int rejected = 0;
-    for (integer sensor = 0; sensor < m->n_sensors; sensor++) {
-        integer *rows = f->rows, count = 0;
-        for (integer row = m->first_row[sensor]; row < m->first_row[sensor + 1]; row++)
-            if (f->present[row] != 0) rows[count++] = row;
+    for (integer sensor = 0; sensor < n_sensors; sensor++) {
+        real *doubt = memory + f->memory.doubt + 2 * sensor; /* rejected in a row, and for how long */
+        f->opens[sensor] = 0;
+        if (doubt[0] > 0) doubt[1] += dt;
+        const integer count = rows_of(f, sensor, f->present);
         if (count == 0) continue;
-        real distance = squared_distance(f->v, f->S, m->n_r, rows, count, f->L, f->z);
-        if (!(distance > f->gate[count])) continue;
-        for (integer i = 0; i < count; i++) f->used[rows[i]] = 0;
-        rejected = 1;
+        const real limit = f->gate[sensor * (n_r + 1) + count];
+        const int is_far = squared_distance(f, f->S, count, 0) > limit;
+        if (!is_far || is_new(f, given, sensor)) {
+            doubt[0] = doubt[1] = 0;
+        } else if (doubt[0] >= GATE_REJECTIONS && doubt[1] >= GATE_DOUBT_S) {
+            doubt[0] = doubt[1] = 0;
+            f->opens[sensor] = limit;
+        } else {
+            doubt[0] += 1;
+            for (integer i = 0; i < count; i++) f->used[f->rows[i]] = 0;
+            rejected = 1;
+        }
     }
     return rejected;
+}
+
+/* Make the prior less certain until readings whose gates open are within them, but no state less
+ * certain than the model's own prior; S_wide is its innovation covariance. Whether any gate opens. */
+static int widen(const Filter *f)
+{
+    const Model *m = &f->model;
+    int doubted = 0;
+    copy(f->S_wide, f->S, m->n_r * m->n_r);
+    for (integer pass = 0; pass < GATE_WIDENINGS; pass++) {
+        real most = 1;
+        for (integer sensor = 0; sensor < m->n_sensors; sensor++) {
+            if (!(f->opens[sensor] > 0)) continue;
+            const integer count = rows_of(f, sensor, f->present);
+            most = fmax(most, squared_distance(f, f->S_wide, count, 0) / f->opens[sensor]);
+            doubted = 1;
+        }
+        if (!(most > 1)) break;
+        for (integer i = 0; i < m->n_x; i++) {
+            const real own = sqrt(variance(m, f->P_minus, i));
+            const real room = own < f->prior_std[i] ? f->prior_std[i] / own : 1;
+            f->stretched[i] = fmin(sqrt(most), room);
+        }
+        stretch(m, f->P_minus, f->stretched);
+        real *known[] = {0, 0, 0, f->S_wide, 0, 0, 0, 0};
+        update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->present, known);
+    }
+    return doubted;
+}
+
+/* Give readings that are too far off less weight in `used`; see ekf_baseline/outliers.py. */
+static int bound(const Filter *f, const real *given, const real *S)
+{
+    int bounded = 0;
+    for (integer sensor = 0; sensor < f->model.n_sensors; sensor++) {
+        const real most = f->huber[sensor] * f->huber[sensor];
+        const integer count = rows_of(f, sensor, f->used);
+        real more = 0;
+        if (count == 0 || is_new(f, given, sensor)) continue;
+        for (integer step = 0; step < BOUND_STEPS; step++) {
+            const real s = squared_distance(f, S, count, more);
+            if (!(s > most * (1 + BOUND_SETTLED))) break;
+            more += s / slope_of(f, count) * (s / most - 1);
+            if (!isfinite(more)) break;
+        }
+        if (!(more > 0) || !isfinite(more)) continue;
+        for (integer i = 0; i < count; i++) f->used[f->rows[i]] = sqrt(1 / (1 + more));
+        bounded = 1;
+    }
+    return bounded;
 }
 
 /* Whether a sensor's readings are used that never were; it counts as seen then. */
@@ -113,19 +208,27 @@ void filter_step(void *self, const real *given, real *memory, real time, const r
     real *mean = memory + at->mean, *covariance = memory + at->covariance;
     real *updated[] = {f->d_plus, covariance, f->v, f->S, 0, 0, 0, 0};
     update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->present, updated);
-    if (f->gate && gate(f)) {
-        status |= STATUS_GATED;
+    int changed = 0, doubted = 0;
+    copy(memory + at->doubt, given + at->doubt, 2 * m->n_sensors);
+    if (f->gate) {
+        if (gate(f, given, memory, dt)) status |= STATUS_GATED;
+        doubted = widen(f);
+        changed = doubted || (status & STATUS_GATED);
+    }
+    if (f->huber && bound(f, given, doubted ? f->S_wide : f->S)) changed = 1;
+    if (changed) {
         real *again[] = {f->d_plus, covariance, 0, 0, 0, 0, 0, 0};
         update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->used, again);
     }
     retract(m, f->x_minus, f->d_plus, mean);
-    if (is_first(f, given, memory)) updates = settle(f, mean, covariance);
+    if (is_first(f, given, memory) || doubted) updates = settle(f, mean, covariance);
     if (!(all_finite(mean, n_x) && is_covariance(m, covariance))) {
         const int predicts = all_finite(f->x_minus, n_x) && is_covariance(m, f->P_minus);
         status |= STATUS_NOT_FINITE; /* the last rung: the last estimate stays */
         copy(mean, predicts ? f->x_minus : given + at->mean, n_x);
         copy(covariance, predicts ? f->P_minus : given + at->covariance, m->n_P);
         copy(memory + at->seen, given + at->seen, m->n_sensors);
+        copy(memory + at->doubt, given + at->doubt, 2 * m->n_sensors);
     }
     memory[at->time_s] = time;
     status |= remarks(m, mean, covariance, y, f->used);

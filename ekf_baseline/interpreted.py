@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ekf_baseline.outliers import OUTLIERS, bounded_weight, squared_distance
 from estimation.estimator import remarks
 from estimation.inputs import with_inputs
 from estimation.kalman_stage import KalmanStage, Update, rows_present
@@ -34,12 +35,15 @@ class InterpretedFilter:
 
     Parameters
     ----------
-    gate : (n_r + 1,) limits of the squared distance by number of rows; None has no gate
+    gate : limits of squared distances, see `ekf_baseline.outliers.gate_limits`; None has no gate
+    huber : (n_sensors,) thresholds of bounded influence; None has none
     """
 
-    def __init__(self, model: StateSpaceModel, memory: Layout, gate: Array | None) -> None:
+    def __init__(
+        self, model: StateSpaceModel, memory: Layout, gate: Array | None, huber: Array | None
+    ) -> None:
         self.memory, self.result = memory, result_layout(model)
-        self._model, self._gate = model, gate
+        self._model, self._gate, self._huber = model, gate, huber
         self._stage, self._derived = KalmanStage(model), derived_outputs(model)
         self._rest = RestDetector(model)
 
@@ -63,16 +67,25 @@ class InterpretedFilter:
         inputs = (known, y[model.n_y :]) if model.n_u else ()
         predicted = self._stage.predict(state, dt, inputs=inputs).state
         first = update = self._stage.update(predicted, y, present)
-        if (rejected := self._gated(update)).any():
-            status |= Status.GATED
-            update = self._stage.update(predicted, y, present & ~rejected)
+        used, S = present.astype(float), update.innovation_covariance
+        doubt, doubted, prior = at.view(given, "doubt").copy(), False, predicted
+        if self._gate is not None:
+            opens = self._gated(given, update, used, doubt, dt)
+            if (used != present).any():
+                status |= Status.GATED
+            doubted = bool((opens > 0).any())
+            prior, S = self._widened(predicted, y, update, opens)
+        if self._huber is not None:
+            self._bound(given, update, S, used)
+        if doubted or (used != present).any():
+            update = self._stage.update(prior, y, used)
         seen, updates, gaussian = self._seen(given, update), 1, update.state
-        if (seen != at.view(given, "seen")).any():
-            gaussian, updates = self._settled(predicted, y, update)
+        if doubted or (seen != at.view(given, "seen")).any():
+            gaussian, updates = self._settled(prior, y, update, used)
         if not _is_finite(gaussian):
             status |= Status.NOT_FINITE
-            gaussian = predicted if _is_finite(predicted) else state  # the last rung
-            seen = at.view(given, "seen")
+            gaussian = prior if _is_finite(prior) else state  # the last rung
+            seen, doubt = at.view(given, "seen"), at.view(given, "doubt")
         status |= remarks(model, gaussian, y, update.present) | self._stage.remark()
         result = report(self.result, self._derived, time_s, gaussian, first, status, updates)
         memory = np.empty(at.size)
@@ -80,6 +93,7 @@ class InterpretedFilter:
         at.view(memory, "mean")[:] = gaussian.mean
         store(gaussian, at.view(memory, "covariance"))
         at.view(memory, "seen")[:] = seen
+        at.view(memory, "doubt")[:] = doubt
         at.view(memory, "inputs")[:] = y[model.n_y :]
         self._rest.part(at, memory)[:] = rest
         self.result.view(result, "step_time_s")[...] = time.perf_counter() - start
@@ -99,13 +113,13 @@ class InterpretedFilter:
         return seen
 
     def _settled(
-        self, predicted: GaussianState, y: Array, update: Update
+        self, predicted: GaussianState, y: Array, update: Update, used: Array
     ) -> tuple[GaussianState, int]:
         """Return an update linearised at its own posterior, and how many it took."""
-        state, present, updates = update.state, update.present, 1
+        state, updates = update.state, 1
         while updates < FIRST["FIRST_UPDATES"]:
             d_minus = -self._stage.difference(state.mean, predicted.mean)
-            again = self._stage.update(predicted, y, present, state.mean, d_minus)
+            again = self._stage.update(predicted, y, used, state.mean, d_minus)
             if not np.isfinite(again.deviation).all():
                 break
             largest = np.fmax.reduce(np.abs(again.deviation) / state.std)  # 0 / 0 says nothing
@@ -114,20 +128,79 @@ class InterpretedFilter:
             state, updates = again.state, updates + 1
         return state, updates
 
-    def _gated(self, update: Update) -> NDArray[np.bool_]:
-        """Return the rows (n_r,) of sensors whose readings are too far off."""
-        rejected = np.zeros(self._model.n_r, dtype=bool)
-        if self._gate is None:
-            return rejected
+    def _rows(self, used: Array) -> Iterator[tuple[int, bool, NDArray[np.intp]]]:
+        """Yield sensors, whether they are measured, and those of their rows that are used."""
         start = 0
-        for sensor in self._model.sensors:
-            rows = start + np.flatnonzero(update.present[start : start + sensor.n_r])
+        for i, sensor in enumerate(self._model.sensors):
+            rows = start + np.flatnonzero(used[start : start + sensor.n_r])
             start += sensor.n_r
-            if len(rows) == 0:
+            if len(rows):
+                yield i, sensor.is_measured, rows
+
+    def _distance(self, update: Update, S: Array, rows: NDArray[np.intp]) -> float:
+        at = np.ix_(rows, rows)
+        return squared_distance(update.innovation[rows], S[at], np.zeros(len(rows)), 0.0)[0]
+
+    def _gated(self, given: Array, update: Update, used: Array, doubt: Array, dt: float) -> Array:
+        """Take rows of sensors whose readings are too far off out of `used`, as filter.c does.
+
+        Returns
+        -------
+        (n_sensors,) limits of those gates that open, else 0
+        """
+        assert self._gate is not None
+        opens, seen = np.zeros(len(self._model.sensors)), self.memory.view(given, "seen")
+        count, time_s = doubt[0::2], doubt[1::2]
+        time_s[count > 0] += dt
+        for i, is_measured, rows in list(self._rows(used)):
+            limit = self._gate[i, len(rows)]
+            is_far = self._distance(update, update.innovation_covariance, rows) > limit
+            if not is_far or (is_measured and seen[i] == 0):
+                count[i] = time_s[i] = 0
+            elif count[i] >= OUTLIERS["GATE_REJECTIONS"] and time_s[i] >= OUTLIERS["GATE_DOUBT_S"]:
+                count[i] = time_s[i] = 0
+                opens[i] = limit
+            else:
+                count[i] += 1
+                used[rows] = 0
+        return opens
+
+    def _widened(
+        self, predicted: GaussianState, y: Array, update: Update, opens: Array
+    ) -> tuple[GaussianState, Array]:
+        """Return the prior that readings are within whose gates open, and its S; see filter.c."""
+        S, prior_std = update.innovation_covariance, self._model.prior.std
+        present = update.present.astype(float)
+        for _ in range(int(OUTLIERS["GATE_WIDENINGS"])):
+            most = 1.0
+            for i, _measured, rows in self._rows(present):
+                if opens[i] > 0:
+                    most = np.fmax(most, self._distance(update, S, rows) / opens[i])
+            if not most > 1:
+                break
+            room = np.where(predicted.std < prior_std, prior_std / predicted.std, 1.0)
+            predicted = _stretched(predicted, np.fmin(np.sqrt(most), room))
+            S = self._stage.update(predicted, y, present).innovation_covariance
+        return predicted, S
+
+    def _bound(self, given: Array, update: Update, S: Array, used: Array) -> None:
+        """Give readings that are too far off less weight in `used`."""
+        assert self._huber is not None
+        seen, R = self.memory.view(given, "seen"), self._model.noise_std**2
+        for i, is_measured, rows in self._rows(used):
+            if is_measured and seen[i] == 0:
                 continue
-            v, S = update.innovation[rows], update.innovation_covariance[np.ix_(rows, rows)]
-            rejected[rows] = v @ np.linalg.solve(S, v) > self._gate[len(rows)]
-        return rejected
+            v, at = update.innovation[rows], np.ix_(rows, rows)
+            weight = bounded_weight(v, S[at], R[rows], self._huber[i])
+            if weight < 1:
+                used[rows] = np.sqrt(weight)
+
+
+def _stretched(gaussian: GaussianState, by: Array) -> GaussianState:
+    """Return a Gaussian whose standard deviations are so many times as large."""
+    root = None if gaussian.root is None else by[:, None] * gaussian.root
+    P = by[:, None] * by * gaussian.covariance if root is None else root @ root.T
+    return GaussianState(gaussian.mean, P, root)
 
 
 def _is_finite(gaussian: GaussianState) -> bool:

@@ -54,6 +54,17 @@ static inline void take_from(const Model *m, real *P, const real *C, const real 
         if (P[i * (LD + 1)] < 0) P[i * (LD + 1)] = 0;
 }
 
+/* D P D in place: the standard deviation of each state times `by`. */
+static inline void stretch(const Model *m, real *P, const real *by)
+{
+    if (is_root(P)) {
+        stretch_root(m, P, by);
+        return;
+    }
+    for (integer i = 0; i < N_X; i++)
+        for (integer j = 0; j < N_X; j++) P[i * LD + j] *= by[i] * by[j];
+}
+
 /* Variance of one state. */
 static inline real variance(const Model *m, const real *P, integer i)
 {

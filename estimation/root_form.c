@@ -27,6 +27,8 @@ static inline void spread(const Model *m, const real *S, const real *v, real *pr
     spread_root(m, S, v, product);
 }
 
+static inline void stretch(const Model *m, real *S, const real *by) { stretch_root(m, S, by); }
+
 static inline real variance(const Model *m, const real *S, integer i)
 {
     return variance_root(m, S, i);

@@ -11,6 +11,15 @@ static inline void spread_root(const Model *m, const real *S, const real *v, rea
     for (integer i = n - 1; i >= 0; i--) product[i] = dot(S + i * LD, product, i + 1);
 }
 
+/* D S in place: the standard deviation of each state times `by`. */
+static inline void stretch_root(const Model *m, real *S, const real *by)
+{
+    const integer n = N_X;
+    (void)m;
+    for (integer i = 0; i < n; i++)
+        for (integer j = 0; j <= i; j++) S[i * LD + j] *= by[i];
+}
+
 static inline real variance_root(const Model *m, const real *S, integer i)
 {
     (void)m;

@@ -22,13 +22,13 @@ static real moved_by(const Window *s, integer k, const real *d_s)
 
 /* The square of what a stage's readings at its estimate are off by, in standard deviations of their
  * noise, from what its linearisation has them. */
-static real misjudged(const Window *s, const real *memory, integer k)
+static real misjudged(const Window *s, const real *memory, integer k, const real *row_scale)
 {
     const Memory *at = &s->memory;
     const integer n_x = s->model.n_x, n_r = s->model.n_r;
     real off = 0;
     const real *judged[] = {STAGE(memory + at->x, k, n_x), STAGE(memory + at->y, k, s->model.n_row),
-                            STAGE(memory + at->present, k, n_r), STAGE(s->work.expected, k, n_r)};
+                            STAGE(row_scale, k, n_r), STAGE(s->work.expected, k, n_r)};
     real *results[] = {&off};
     call(&s->model, &s->judge, judged, results);
     return off * off;
@@ -36,11 +36,12 @@ static real misjudged(const Window *s, const real *memory, integer k)
 
 /* How far a stage is from its linearisation point, squared: the larger of both measures, the first
  * alone where it says already that the stage has moved. */
-static real judged(const Window *s, const real *memory, integer k, const real *d_s)
+static real judged(const Window *s, const real *memory, integer k, const real *d_s,
+                   const real *row_scale)
 {
     if (!(s->reuse > 0)) return INFINITY;
     const real by = moved_by(s, k, d_s);
-    return by > s->reuse * s->reuse ? by : fmax(by, misjudged(s, memory, k));
+    return by > s->reuse * s->reuse ? by : fmax(by, misjudged(s, memory, k, row_scale));
 }
 
 /* How far λ̂, instead of the one before, moves stage k, in standard deviations. */
@@ -144,7 +145,7 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     int changed = 0;
     const double began = now(s);
     if (LOSSES && s->has_losses) {
-        readings = measure(s, memory, x, w, o->row_scale, o->noise_scale);
+        readings = measure(s, memory, x_lin, w_lin, o->row_scale, o->noise_scale);
         row_scale = o->row_scale;
         noise_scale = o->noise_scale;
     }
@@ -166,7 +167,7 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     for (integer k = from; k < count; k++) {
         const real *d_s = STAGE(o->d_s, k, n_x);
         retract(m, STAGE(x_lin, k, n_x), d_s, STAGE(x, k, n_x));
-        moved[k] = judged(s, memory, k, d_s);
+        moved[k] = judged(s, memory, k, d_s, row_scale);
     }
     copy(w, w_s, (count - 1) * n_w);
     solved->cost = linearised_cost(s, count, held);
