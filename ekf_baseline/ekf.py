@@ -24,7 +24,7 @@ from estimation.recording import Measurement
 from estimation.rest import rest_blocks, rest_constants, rest_fields
 from estimation.result import ResultReader
 from estimation.settings import checked_config
-from estimation.stored import restored, store, stride
+from estimation.stored import padded, restored, store, stride
 from estimation.symbolic_stage import difference_function
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -225,10 +225,10 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
         fields={
             "gate": gate,
             "huber": huber,
-            "prior_std": model.prior.std,
+            "prior_covariance": padded(model.prior.covariance),
             "opens": np.zeros(len(model.sensors)),
-            "stretched": np.zeros(n_x),
-            "S_wide": np.zeros((n_r, n_r)),
+            **{name: np.zeros((n_r, n_r)) for name in ("S_wide", "S_added")},
+            "P_wide": np.zeros((row, row)),
             "no_deviation": np.zeros(n_x),
             "no_noise": np.zeros(n_w),
             "unit_noise": np.ones(n_w),

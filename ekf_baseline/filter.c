@@ -1,19 +1,26 @@
 /* The extended Kalman filter: predict to the measurement's time, update with what it has.
  * Behind estimation/engine.c; the structures Memory and Filter are declared in front. */
 
-/* Squared Mahalanobis distance d2 of some rows of an innovation, `count` of them, with S and `more` of
- * their noise R on top: the lower triangle in L, in z what `slope_of` begins with. */
-static real squared_distance(const Filter *f, const real *S, integer count, real more)
+/* Entry of the covariance that may come on top of some rows of S: `more` of `added`, or of the noise. */
+static real added_to(const Filter *f, const real *added, integer i, integer j)
 {
     const Model *m = &f->model;
-    const integer n_r = m->n_r, *rows = f->rows;
+    if (added) return added[f->rows[i] + m->n_r * f->rows[j]];
+    return i == j ? m->noise_std[f->rows[i]] * m->noise_std[f->rows[i]] : 0;
+}
+
+/* Squared Mahalanobis distance d2 of some rows of an innovation, `count` of them, with `more` of
+ * something on top of S: the lower triangle in L, in z what `slope_of` begins with. */
+static real squared_distance(const Filter *f, const real *S, const real *added, integer count,
+                             real more)
+{
+    const integer n_r = f->model.n_r, *rows = f->rows;
     real sum = 0, *L = f->L, *z = f->z;
     for (integer i = 0; i < count; i++) {
-        const real noise = m->noise_std[rows[i]] * m->noise_std[rows[i]];
         real left = f->v[rows[i]];
         for (integer j = 0; j <= i; j++) {
             real s = S[rows[i] + n_r * rows[j]];
-            if (i == j && more > 0) s += more * noise;
+            if (more > 0) s += more * added_to(f, added, i, j);
             for (integer k = 0; k < j; k++) s -= L[i * count + k] * L[j * count + k];
             L[i * count + j] = i == j ? sqrt(s) : s / L[j * count + j];
         }
@@ -25,17 +32,30 @@ static real squared_distance(const Filter *f, const real *S, integer count, real
 }
 
 /* By how much d2 falls with `more`, behind `squared_distance`. */
-static real slope_of(const Filter *f, integer count)
+static real slope_of(const Filter *f, const real *added, integer count)
 {
-    const Model *m = &f->model;
     real slope = 0, *L = f->L, *z = f->z;
     for (integer i = count - 1; i >= 0; i--) {
-        const real noise = m->noise_std[f->rows[i]] * m->noise_std[f->rows[i]];
         for (integer j = i + 1; j < count; j++) z[i] -= L[j * count + i] * z[j];
         z[i] /= L[i * count + i];
-        slope += noise * z[i] * z[i];
     }
+    for (integer i = 0; i < count; i++)
+        for (integer j = 0; j < count; j++) slope += z[i] * added_to(f, added, i, j) * z[j];
     return slope;
+}
+
+/* How much of something has to come on top of S for a d2 of at most `most`; 0 where none has to, or
+ * no number says. */
+static real needed(const Filter *f, const real *S, const real *added, integer count, real most)
+{
+    real more = 0;
+    for (integer step = 0; step < NEWTON_STEPS; step++) {
+        const real s = squared_distance(f, S, added, count, more);
+        if (!(s > most * (1 + NEWTON_SETTLED))) break;
+        more += s / slope_of(f, added, count) * (s / most - 1);
+        if (!isfinite(more)) return 0;
+    }
+    return more;
 }
 
 /* Those rows of a sensor, into `rows`, of which `there` is not zero; returns how many. */
@@ -68,12 +88,12 @@ static int gate(const Filter *f, const real *given, real *memory, real dt)
         const integer count = rows_of(f, sensor, f->present);
         if (count == 0) continue;
         const real limit = f->gate[sensor * (n_r + 1) + count];
-        const int is_far = squared_distance(f, f->S, count, 0) > limit;
+        const int is_far = squared_distance(f, f->S, 0, count, 0) > limit;
         if (!is_far || is_new(f, given, sensor)) {
             doubt[0] = doubt[1] = 0;
         } else if (doubt[0] >= GATE_REJECTIONS && doubt[1] >= GATE_DOUBT_S) {
             doubt[0] = doubt[1] = 0;
-            f->opens[sensor] = limit;
+            f->opens[sensor] = 1;
         } else {
             doubt[0] += 1;
             for (integer i = 0; i < count; i++) f->used[f->rows[i]] = 0;
@@ -83,32 +103,30 @@ static int gate(const Filter *f, const real *given, real *memory, real dt)
     return rejected;
 }
 
-/* Make the prior less certain until readings whose gates open are within them, but no state less
- * certain than the model's own prior; S_wide is its innovation covariance. Whether any gate opens. */
+/* Where gates open, make the prior less certain by as much of the model's own prior as it takes for
+ * their readings to be as far off as one expects, all of it at most; S_wide is its innovation
+ * covariance. Whether any gate opens. */
 static int widen(const Filter *f)
 {
     const Model *m = &f->model;
-    int doubted = 0;
-    copy(f->S_wide, f->S, m->n_r * m->n_r);
-    for (integer pass = 0; pass < GATE_WIDENINGS; pass++) {
-        real most = 1;
-        for (integer sensor = 0; sensor < m->n_sensors; sensor++) {
-            if (!(f->opens[sensor] > 0)) continue;
-            const integer count = rows_of(f, sensor, f->present);
-            most = fmax(most, squared_distance(f, f->S_wide, count, 0) / f->opens[sensor]);
-            doubted = 1;
-        }
-        if (!(most > 1)) break;
-        for (integer i = 0; i < m->n_x; i++) {
-            const real own = sqrt(variance(m, f->P_minus, i));
-            const real room = own < f->prior_std[i] ? f->prior_std[i] / own : 1;
-            f->stretched[i] = fmin(sqrt(most), room);
-        }
-        stretch(m, f->P_minus, f->stretched);
-        real *known[] = {0, 0, 0, f->S_wide, 0, 0, 0, 0};
-        update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->present, known);
+    const integer n = m->n_r * m->n_r;
+    real *known[] = {0, 0, 0, f->S_wide, 0, 0, 0, 0}, share = 0;
+    int opened = 0;
+    for (integer sensor = 0; sensor < m->n_sensors; sensor++) opened |= f->opens[sensor] != 0;
+    if (!opened) return 0;
+    copy(f->P_wide, f->P_minus, m->n_P);
+    add_covariance(m, f->P_wide, 1, f->prior_covariance);
+    update(m, f->no_deviation, f->P_wide, f->x_minus, f->clean, f->present, known);
+    for (integer i = 0; i < n; i++) f->S_added[i] = f->S_wide[i] - f->S[i];
+    for (integer sensor = 0; sensor < m->n_sensors; sensor++) {
+        if (f->opens[sensor] == 0) continue;
+        const integer count = rows_of(f, sensor, f->present);
+        if (squared_distance(f, f->S_wide, 0, count, 0) > (real)count) share = 1;
+        if (share < 1) share = fmax(share, needed(f, f->S, f->S_added, count, (real)count));
     }
-    return doubted;
+    add_covariance(m, f->P_minus, fmin(share, 1), f->prior_covariance);
+    update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->present, known);
+    return 1;
 }
 
 /* Give readings that are too far off less weight in `used`; see ekf_baseline/outliers.py. */
@@ -116,17 +134,10 @@ static int bound(const Filter *f, const real *given, const real *S)
 {
     int bounded = 0;
     for (integer sensor = 0; sensor < f->model.n_sensors; sensor++) {
-        const real most = f->huber[sensor] * f->huber[sensor];
         const integer count = rows_of(f, sensor, f->used);
-        real more = 0;
         if (count == 0 || is_new(f, given, sensor)) continue;
-        for (integer step = 0; step < BOUND_STEPS; step++) {
-            const real s = squared_distance(f, S, count, more);
-            if (!(s > most * (1 + BOUND_SETTLED))) break;
-            more += s / slope_of(f, count) * (s / most - 1);
-            if (!isfinite(more)) break;
-        }
-        if (!(more > 0) || !isfinite(more)) continue;
+        const real more = needed(f, S, 0, count, f->huber[sensor] * f->huber[sensor]);
+        if (!(more > 0)) continue;
         for (integer i = 0; i < count; i++) f->used[f->rows[i]] = sqrt(1 / (1 + more));
         bounded = 1;
     }

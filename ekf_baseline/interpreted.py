@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from ekf_baseline.outliers import OUTLIERS, bounded_weight, squared_distance
+from ekf_baseline.outliers import OUTLIERS, needed, squared_distance
 from estimation.estimator import remarks
 from estimation.inputs import with_inputs
 from estimation.kalman_stage import KalmanStage, Update, rows_present
@@ -18,6 +18,7 @@ from estimation.outputs import derived_outputs
 from estimation.report import report
 from estimation.rest_detector import RestDetector
 from estimation.result import checked_input, result_layout, stepped
+from estimation.square_roots import kept
 from estimation.status import Status
 from estimation.stored import restored, store
 from models.arrays import Array
@@ -138,15 +139,15 @@ class InterpretedFilter:
                 yield i, sensor.is_measured, rows
 
     def _distance(self, update: Update, S: Array, rows: NDArray[np.intp]) -> float:
-        at = np.ix_(rows, rows)
-        return squared_distance(update.innovation[rows], S[at], np.zeros(len(rows)), 0.0)[0]
+        S = S[np.ix_(rows, rows)]
+        return squared_distance(update.innovation[rows], S, S, 0.0)[0]
 
     def _gated(self, given: Array, update: Update, used: Array, doubt: Array, dt: float) -> Array:
         """Take rows of sensors whose readings are too far off out of `used`, as filter.c does.
 
         Returns
         -------
-        (n_sensors,) limits of those gates that open, else 0
+        (n_sensors,) 1 where a gate opens, else 0
         """
         assert self._gate is not None
         opens, seen = np.zeros(len(self._model.sensors)), self.memory.view(given, "seen")
@@ -159,7 +160,7 @@ class InterpretedFilter:
                 count[i] = time_s[i] = 0
             elif count[i] >= OUTLIERS["GATE_REJECTIONS"] and time_s[i] >= OUTLIERS["GATE_DOUBT_S"]:
                 count[i] = time_s[i] = 0
-                opens[i] = limit
+                opens[i] = 1
             else:
                 count[i] += 1
                 used[rows] = 0
@@ -168,39 +169,41 @@ class InterpretedFilter:
     def _widened(
         self, predicted: GaussianState, y: Array, update: Update, opens: Array
     ) -> tuple[GaussianState, Array]:
-        """Return the prior that readings are within whose gates open, and its S; see filter.c."""
-        S, prior_std = update.innovation_covariance, self._model.prior.std
-        present = update.present.astype(float)
-        for _ in range(int(OUTLIERS["GATE_WIDENINGS"])):
-            most = 1.0
-            for i, _measured, rows in self._rows(present):
-                if opens[i] > 0:
-                    most = np.fmax(most, self._distance(update, S, rows) / opens[i])
-            if not most > 1:
-                break
-            room = np.where(predicted.std < prior_std, prior_std / predicted.std, 1.0)
-            predicted = _stretched(predicted, np.fmin(np.sqrt(most), room))
-            S = self._stage.update(predicted, y, present).innovation_covariance
-        return predicted, S
+        """Return the prior, less certain where gates open, and its S; see filter.c."""
+        S, present, share = update.innovation_covariance, update.present.astype(float), 0.0
+        if not opens.any():
+            return predicted, S
+        wide = self._stage.update(self._doubted(predicted, 1.0), y, present).innovation_covariance
+        for i, _measured, rows in self._rows(present):
+            at, n = np.ix_(rows, rows), len(rows)
+            if opens[i] == 0:
+                continue
+            if self._distance(update, wide, rows) > n:
+                share = 1.0
+            if share < 1:
+                added = (wide - S)[at]
+                share = max(share, needed(update.innovation[rows], S[at], added, float(n)))
+        prior = self._doubted(predicted, min(share, 1.0))
+        return prior, self._stage.update(prior, y, present).innovation_covariance
+
+    def _doubted(self, gaussian: GaussianState, share: float) -> GaussianState:
+        """Return a Gaussian with a share of the model's prior on top."""
+        total = gaussian.covariance + share * self._model.prior.covariance
+        if gaussian.root is None:
+            return GaussianState(gaussian.mean, total)
+        return kept(gaussian.mean, np.linalg.cholesky(total))
 
     def _bound(self, given: Array, update: Update, S: Array, used: Array) -> None:
         """Give readings that are too far off less weight in `used`."""
         assert self._huber is not None
-        seen, R = self.memory.view(given, "seen"), self._model.noise_std**2
+        seen, R = self.memory.view(given, "seen"), np.diag(self._model.noise_std**2)
         for i, is_measured, rows in self._rows(used):
             if is_measured and seen[i] == 0:
                 continue
             v, at = update.innovation[rows], np.ix_(rows, rows)
-            weight = bounded_weight(v, S[at], R[rows], self._huber[i])
-            if weight < 1:
-                used[rows] = np.sqrt(weight)
-
-
-def _stretched(gaussian: GaussianState, by: Array) -> GaussianState:
-    """Return a Gaussian whose standard deviations are so many times as large."""
-    root = None if gaussian.root is None else by[:, None] * gaussian.root
-    P = by[:, None] * by * gaussian.covariance if root is None else root @ root.T
-    return GaussianState(gaussian.mean, P, root)
+            more = needed(v, S[at], R[at], self._huber[i] ** 2)
+            if more > 0:
+                used[rows] = np.sqrt(1 / (1 + more))
 
 
 def _is_finite(gaussian: GaussianState) -> bool:

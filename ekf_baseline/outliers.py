@@ -11,12 +11,12 @@ not do: where P⁻ is large beside R, a slow camera's, it bounds nothing), and w
 afterwards is that of a reading of this noise.
 
 A gate that rejects everything has lost the track: then the state is doubted, not the sensor. After
-`OUTLIERS` readings in a row, over a time, the next one is taken. Before it is, the state is known
-less well: the standard deviations of all states grow by the same factor, but none beyond
-the model's prior, until the reading is within the gate; so what is claimed stays honest. The
-update is iterated, as with first readings. One far reading, or a few, never open a gate; and none
-is closed before a reading of its sensor was ever used, for until then only the prior speaks
-against it.
+some readings in a row and some time (`OUTLIERS`) the next one is taken. Before it is, a share β
+of the model's prior comes on top of what is known, P⁻ + β P̄, as much as it takes for d² to be what
+one expects of so many rows, and all of it at most; so what is claimed stays honest in every
+direction. The update is iterated, as with first readings. A single far reading never opens a gate;
+and none is closed before a reading of its sensor was ever used, for until then only the prior
+speaks against it.
 
 References
 ----------
@@ -36,11 +36,10 @@ from models.state_space import StateSpaceModel
 
 OUTLIERS: Mapping[str, float] = MappingProxyType(
     {
-        "GATE_REJECTIONS": 3,  # in a row, before a gate may open
-        "GATE_DOUBT_S": 0.1,  # since the first of them: a knock on an inertial sensor is shorter
-        "GATE_WIDENINGS": 10,  # of the prior, at most
-        "BOUND_STEPS": 30,  # of Newton's method for 1 / ω; it takes 2 to 6
-        "BOUND_SETTLED": 1e-9,  # by how much d² may then be beyond k², of it
+        "GATE_REJECTIONS": 1,  # in a row, before a gate may open
+        "GATE_DOUBT_S": 0.05,  # since the first of them, before it does
+        "NEWTON_STEPS": 30,  # for 1 / ω, and for the prior's share; it takes 2 to 6
+        "NEWTON_SETTLED": 1e-9,  # by how much d² may then be larger than asked for, of that
     }
 )
 """Limits, macros of filter.c."""
@@ -67,21 +66,21 @@ def gate_limits(model: StateSpaceModel, gates: Mapping[str, float]) -> Array | N
     return limits
 
 
-def squared_distance(v: Array, S: Array, R: Array, more: float) -> tuple[float, float]:
-    """Return s = vᵀ M⁻¹ v of M = S + more R, and -ds/dmore = (M⁻¹ v)ᵀ R (M⁻¹ v).
+def squared_distance(v: Array, S: Array, added: Array, more: float) -> tuple[float, float]:
+    """Return s = vᵀ M⁻¹ v of M = S + more · added, and -ds/dmore.
 
-    In the order of filter.c, so that both loops say the same.
+    In the order of filter.c.
 
     Parameters
     ----------
-    v, S, R : (n,), (n, n), (n,)
+    v, S, added : (n,), (n, n), (n, n)
     """
     n, total, slope = len(v), 0.0, 0.0
     L, z = np.zeros((n, n)), np.zeros(n)
     for i in range(n):
         left = v[i]
         for j in range(i + 1):
-            s = S[i, j] + more * R[i] if i == j else S[i, j]
+            s = S[i, j] + more * added[i, j] if more > 0 else S[i, j]
             for k in range(j):
                 s -= L[i, k] * L[j, k]
             L[i, j] = np.sqrt(s) if i == j else s / L[j, j]
@@ -93,22 +92,24 @@ def squared_distance(v: Array, S: Array, R: Array, more: float) -> tuple[float, 
         for j in range(i + 1, n):
             z[i] -= L[j, i] * z[j]
         z[i] /= L[i, i]
-        slope += R[i] * z[i] * z[i]
+    for i in range(n):
+        for j in range(n):
+            slope += z[i] * added[i, j] * z[j]
     return float(total), float(slope)
 
 
-def bounded_weight(v: Array, S: Array, R: Array, threshold: float) -> float:
-    """Return ω of a sensor's rows; 1 where they are near enough, or too far to say a number.
+def needed(v: Array, S: Array, added: Array, most: float) -> float:
+    """Return how much of a covariance has to come on top of S for an s of at most `most`.
 
-    Newton's method on 1 / s, which is linear in 1 / ω for one row and concave for several: it
-    comes from below.
+    0 where none has to, or no number says. Newton's method on 1 / s, which is linear in what is
+    added for one row and concave for several: it comes from below.
     """
-    more, most = 0.0, threshold * threshold
-    for _ in range(int(OUTLIERS["BOUND_STEPS"])):
-        s, slope = squared_distance(v, S, R, more)
-        if not s > most * (1 + OUTLIERS["BOUND_SETTLED"]):
+    more = 0.0
+    for _ in range(int(OUTLIERS["NEWTON_STEPS"])):
+        s, slope = squared_distance(v, S, added, more)
+        if not s > most * (1 + OUTLIERS["NEWTON_SETTLED"]):
             break
         more += s / slope * (s / most - 1)
         if not np.isfinite(more):
-            return 1.0
-    return 1 / (1 + more)
+            return 0.0
+    return more

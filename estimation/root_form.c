@@ -27,7 +27,10 @@ static inline void spread(const Model *m, const real *S, const real *v, real *pr
     spread_root(m, S, v, product);
 }
 
-static inline void stretch(const Model *m, real *S, const real *by) { stretch_root(m, S, by); }
+static inline void add_covariance(const Model *m, real *S, real by, const real *Q)
+{
+    add_to_root(m, S, by, Q, S);
+}
 
 static inline real variance(const Model *m, const real *S, integer i)
 {
