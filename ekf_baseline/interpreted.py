@@ -191,7 +191,8 @@ class InterpretedFilter:
         total = gaussian.covariance + share * self._model.prior.covariance
         if gaussian.root is None:
             return GaussianState(gaussian.mean, total)
-        return kept(gaussian.mean, np.linalg.cholesky(total))
+        root: Array = np.linalg.cholesky(total)
+        return kept(gaussian.mean, root)
 
     def _bound(self, given: Array, update: Update, S: Array, used: Array) -> None:
         """Give readings that are too far off less weight in `used`."""

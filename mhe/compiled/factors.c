@@ -221,7 +221,8 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
             return NAN;
         }
 #endif
-        if (LOSSES && newest && s->has_losses) { /* told is the innovation itself, not its weighed share */
+        if (LOSSES && newest && s->has_losses
+            && !same(STAGE(row_scale, k, n_r), STAGE(memory + s->memory.present, k, n_r), n_r)) { /* told is the innovation itself, not its weighed share */
             real *told[] = {0, 0, o->v, o->S, 0, 0, 0, 0};
             update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_row),
                    STAGE(memory + s->memory.present, k, n_r), told);

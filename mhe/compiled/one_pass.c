@@ -129,6 +129,38 @@ static real linearised_cost(const Window *s, integer count, integer held)
     return cost;
 }
 
+/* The scales by which losses weigh readings and noises where they are linearised; stages whose factors
+ * are of the same point and readings keep theirs. Returns NAN where one is no number. */
+static real weigh(const Window *s, const real *memory, const real *x, const real *w)
+{
+    const Model *m = &s->model;
+    const Work *o = &s->work;
+    const Memory *at = &s->memory;
+    const integer count = (integer)memory[at->count], n_x = m->n_x, n_r = m->n_r, n_row = m->n_row;
+    real cost = 0, part = 0;
+    for (integer k = 0; k < count; k++) {
+        const real *y = STAGE(memory + at->y, k, n_row);
+        real *rows = STAGE(o->row_scale, k, n_r);
+        if (k < o->ring[MADE] && same(SLOT(o->at_x, k, n_x), STAGE(x, k, n_x), n_x)
+            && same(SLOT(o->at_y, k, n_row), y, n_row)
+            && *SLOT(o->at_time, k, 1) == memory[at->times + k]) {
+            copy(rows, SLOT(o->at_rows, k, n_r), n_r);
+            continue;
+        }
+        const real *seen[] = {STAGE(x, k, n_x), y, STAGE(memory + at->present, k, n_r), s->huber};
+        real *scales[] = {rows, &part};
+        call(m, &s->measure, seen, scales);
+        cost += part;
+    }
+    for (integer k = 0; s->huber_noise < LEAST_SQUARES && k + 1 < count; k++) {
+        const real *shaken[] = {STAGE(w, k, m->n_w), &s->huber_noise};
+        real *scales[] = {STAGE(o->noise_scale, k, m->n_w), &part};
+        call(m, &s->shake, shaken, scales);
+        cost += part;
+    }
+    return cost;
+}
+
 /* The linearised window's optimum becomes the trajectory. Stages whose estimate is near their
  * linearisation point keep it; see `slide`. */
 static integer one_pass(const Window *s, real *memory, Solved *solved)
@@ -145,9 +177,9 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     int changed = 0;
     const double began = now(s);
     if (LOSSES && s->has_losses) {
-        readings = measure(s, memory, x_lin, w_lin, o->row_scale, o->noise_scale);
+        readings = weigh(s, memory, x_lin, w_lin);
         row_scale = o->row_scale;
-        noise_scale = o->noise_scale;
+        if (s->huber_noise < LEAST_SQUARES) noise_scale = o->noise_scale;
     }
     const real *deviation = memory + at->prior_deviation;
     const real squares = forward(s, memory, deviation, x_lin, w_lin, row_scale, noise_scale, 0);
