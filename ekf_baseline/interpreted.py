@@ -191,7 +191,7 @@ class InterpretedFilter:
         total = gaussian.covariance + share * self._model.prior.covariance
         if gaussian.root is None:
             return GaussianState(gaussian.mean, total)
-        root: Array = np.linalg.cholesky(total)
+        root = np.asarray(np.linalg.cholesky(total), dtype=np.float64)
         return kept(gaussian.mean, root)
 
     def _bound(self, given: Array, update: Update, S: Array, used: Array) -> None:
