@@ -34,6 +34,7 @@ static void move(const Window *s, const real *memory, integer k, const real *x, 
     call(&s->model, &s->move, arguments, results);
 }
 
+#if CONVERGES
 /* Cost of readings and noises of a trajectory, and the scales by which its losses weigh
  * them; the prior's part is the caller's. */
 static real measure(const Window *s, const real *memory, const real *x, const real *w,
@@ -58,6 +59,7 @@ static real measure(const Window *s, const real *memory, const real *x, const re
     }
     return cost;
 }
+#endif
 
 /* x becomes the nearest point inside the bounds of the states that add. */
 static void keep_inside(const Window *s, real *x)
