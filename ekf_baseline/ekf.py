@@ -225,7 +225,7 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
         fields={
             "gate": gate,
             "huber": huber,
-            "prior_covariance": padded(model.prior.covariance),
+            "prior_P": padded(model.prior.covariance),
             "opens": np.zeros(len(model.sensors)),
             **{name: np.zeros((n_r, n_r)) for name in ("S_wide", "S_added")},
             "P_wide": np.zeros((row, row)),

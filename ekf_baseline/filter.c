@@ -115,7 +115,7 @@ static int widen(const Filter *f)
     for (integer sensor = 0; sensor < m->n_sensors; sensor++) opened |= f->opens[sensor] != 0;
     if (!opened) return 0;
     copy(f->P_wide, f->P_minus, m->n_P);
-    add_covariance(m, f->P_wide, 1, f->prior_covariance);
+    add_covariance(m, f->P_wide, 1, f->prior_P);
     update(m, f->no_deviation, f->P_wide, f->x_minus, f->clean, f->present, known);
     for (integer i = 0; i < n; i++) f->S_added[i] = f->S_wide[i] - f->S[i];
     for (integer sensor = 0; sensor < m->n_sensors; sensor++) {
@@ -124,7 +124,7 @@ static int widen(const Filter *f)
         if (squared_distance(f, f->S_wide, 0, count, 0) > (real)count) share = 1;
         if (share < 1) share = fmax(share, needed(f, f->S, f->S_added, count, (real)count));
     }
-    add_covariance(m, f->P_minus, fmin(share, 1), f->prior_covariance);
+    add_covariance(m, f->P_minus, fmin(share, 1), f->prior_P);
     update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->present, known);
     return 1;
 }
