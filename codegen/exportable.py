@@ -12,13 +12,14 @@ import numpy as np
 from ekf_baseline.ekf import EkfConfig, filter_loop
 from ekf_baseline.state import first_filter, kept_for
 from estimation.loop import Loop
-from estimation.settings import config_of
+from estimation.settings import config_of, setting_names
 from mhe.compiled.loop import window_loop
 from mhe.config import MheRtiConfig
 from mhe.window_memory import first_window, window_memory
 from models.arrays import Array
 from models.errors import InputError
 from models.names import expected_one_of
+from models.sensor_model import losses
 from models.state_space import StateSpaceModel
 
 
@@ -67,7 +68,8 @@ def exportable(estimator: str, model: StateSpaceModel, **settings: Any) -> Expor
     Parameters
     ----------
     estimator : one of `EXPORTABLE`
-    settings : of its config class, the rest takes the defaults
+    settings : of its config class, the rest takes the losses and gates of the model's sensors
+        (`models.sensor_model.losses`), and the defaults
 
     Raises
     ------
@@ -87,5 +89,7 @@ def exportable(estimator: str, model: StateSpaceModel, **settings: Any) -> Expor
         )
     configs = {name: kind for name, (kind, _) in EXPORTABLE.items()}
     make = EXPORTABLE[estimator][1]
-    loop, start = make(model, config_of(estimator, configs, settings))
+    own = setting_names(configs[estimator])
+    said = {name: by for name, by in losses(model.sensors).items() if name in own}
+    loop, start = make(model, config_of(estimator, configs, {**said, **settings}))
     return Exportable(model, estimator, loop, start)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from ekf_baseline.interpreted import FIRST, InterpretedFilter
+from ekf_baseline.outliers import OUTLIERS, gate_limits
 from ekf_baseline.state import EkfState, filter_memory, first_filter, kept_for
 from estimation.chosen import chosen
 from estimation.collect import Batches
@@ -16,11 +17,12 @@ from estimation.engine import CompiledEngine, Loop
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.intervals import check_step
 from estimation.linearisation import loop_functions
+from estimation.losses import checked_gates, checked_thresholds, of_sensors
 from estimation.recording import Measurement
 from estimation.rest import rest_constants, rest_fields
 from estimation.result import ResultReader
 from estimation.settings import checked_config
-from estimation.stored import stride
+from estimation.stored import padded, stride
 from estimation.symbolic_stage import difference_function
 from models.arrays import Array
 from models.errors import InputError
@@ -36,27 +38,41 @@ class EkfConfig:
     ----------
     gate_probability : a sensor's reading is dropped when its squared
         Mahalanobis distance to the prediction exceeds the χ² quantile of this
-        probability; nearer to 1 drops less, None never drops
+        probability; nearer to 1 drops less, None never drops. One number for all sensors, or
+        sensor → probability. A gate that rejects several readings in a row opens again, see
+        `ekf_baseline.outliers`
     late_samples : how many measurements back it takes a late one, at least; more reaches further
         and needs more memory, 0 keeps nothing and takes none. None follows from the model: twice as
         many as all its sensors' rates give within the longest of their delays, at least 20
+    huber : sensor → threshold in standard deviations of the sensor's whole innovation, beyond which
+        its noise counts as larger, so that it moves the state by no more than that; smaller
+        trusts a reading far off less, a sensor that is not named is weighed by least squares
 
     Raises
     ------
     InputError
-        If the gate is not a probability, or the number of measurements is negative.
+        If a gate is not a probability, a threshold not positive, or the number of measurements
+        negative.
     """
 
-    gate_probability: float | None = None
+    gate_probability: float | Mapping[str, float] | None = None
     late_samples: int | None = None
+    huber: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.late_samples is not None and self.late_samples < 0:
             raise InputError(f"late_samples is {self.late_samples}, expected 0 or more")
-        if self.gate_probability is not None and not 0 < self.gate_probability < 1:
-            raise InputError(
-                f"gate_probability is {self.gate_probability}, expected between 0 and 1"
-            )
+        object.__setattr__(self, "gate_probability", checked_gates(self.gate_probability))
+        object.__setattr__(self, "huber", checked_thresholds(self.huber))
+
+    def gates(self, sensors: Sequence[str]) -> Mapping[str, float]:
+        """Return sensor → probability of its gate; `InputError` for one not among `sensors`."""
+        gate = self.gate_probability
+        if gate is None:
+            return {}
+        if isinstance(gate, Mapping):
+            return of_sensors(gate, sensors, "a gate")
+        return dict.fromkeys(sensors, gate)
 
 
 class Ekf:
@@ -86,7 +102,7 @@ class Ekf:
         self._kept = kept_for(model, self.config.late_samples)
         self._engine = chosen(
             lambda: CompiledEngine(model, filter_loop(model, self.config)),
-            lambda: InterpretedFilter(model, self._kept, _gate(model, self.config)),
+            lambda: InterpretedFilter(model, self._kept, *outlier_limits(model, self.config)),
         )
         self._reader = ResultReader(model)
         self._batches = Batches(self.name, self._reader, self._engine.memory, self._engine.batch)
@@ -128,14 +144,12 @@ class Ekf:
         return EkfState(memory, state.layout), history
 
 
-def _gate(model: StateSpaceModel, config: EkfConfig) -> Array | None:
-    """Return the limits (n_r + 1,) of squared distances, by number of rows; None for no gate."""
-    if config.gate_probability is None:
-        return None
-    from scipy.stats import chi2  # takes a second to import
-
-    limits = (chi2.ppf(config.gate_probability, rows + 1) for rows in range(model.n_r))
-    return np.array([0.0, *limits])
+def outlier_limits(model: StateSpaceModel, config: EkfConfig) -> tuple[Array | None, Array | None]:
+    """Return limits of gates, see `gate_limits`, and thresholds (n_sensors,); None for none."""
+    sensors = [sensor.name for sensor in model.sensors]
+    huber = of_sensors(config.huber, sensors, "Huber's loss")
+    thresholds = np.array([huber.get(name, np.inf) for name in sensors]) if huber else None
+    return gate_limits(model, config.gates(sensors)), thresholds
 
 
 def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
@@ -144,13 +158,19 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
     row, kept = stride(n_x), kept_for(model, config.late_samples)
     memory = filter_memory(model, kept)
     own = memory.slices["count"].start if kept.capacity else 0
+    gate, huber = outlier_limits(model, config)
     return Loop(
         sources=[Path(__file__).with_name(name) for name in ("filter.c", "late.c")],
         entry="filter",
         memory=memory,
         functions=[loop_functions(model), [difference_function(model)]],
         fields={
-            "gate": _gate(model, config),
+            "gate": gate,
+            "huber": huber,
+            "prior_P": padded(model.prior.covariance),
+            "opens": np.zeros(len(model.sensors)),
+            **{name: np.zeros((n_r, n_r)) for name in ("S_wide", "S_added")},
+            "P_wide": np.zeros((row, row)),
             "no_deviation": np.zeros(n_x),
             "no_noise": np.zeros(n_w),
             "unit_noise": np.ones(n_w),
@@ -172,5 +192,5 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
             "late_S": np.zeros((n_r, n_r)),
             **rest_fields(model),
         },
-        constants={**FIRST, **rest_constants(model)},
+        constants={**FIRST, **OUTLIERS, **rest_constants(model)},
     )

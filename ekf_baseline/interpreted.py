@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ekf_baseline.log import Log
+from ekf_baseline.outliers import OUTLIERS, needed, squared_distance
 from ekf_baseline.state import Kept, filter_memory
 from estimation.estimator import remarks
 from estimation.inputs import with_inputs
@@ -19,6 +20,7 @@ from estimation.outputs import derived_outputs
 from estimation.report import report
 from estimation.rest_detector import RestDetector
 from estimation.result import checked_input, result_layout, stepped
+from estimation.square_roots import kept
 from estimation.status import Status
 from estimation.stored import restored, store
 from models.arrays import Array
@@ -53,13 +55,16 @@ class InterpretedFilter:
 
     Parameters
     ----------
-    kept : how much of the past a state has
-    gate : (n_r + 1,) limits of the squared distance by number of rows; None has no gate
+    past : how much of it a state keeps
+    gate : limits of squared distances, see `ekf_baseline.outliers.gate_limits`; None has no gate
+    huber : (n_sensors,) thresholds of bounded influence; None has none
     """
 
-    def __init__(self, model: StateSpaceModel, kept: Kept, gate: Array | None) -> None:
-        self.memory, self.result = filter_memory(model, kept), result_layout(model)
-        self._model, self._kept, self._gate = model, kept, gate
+    def __init__(
+        self, model: StateSpaceModel, past: Kept, gate: Array | None, huber: Array | None
+    ) -> None:
+        self.memory, self.result = filter_memory(model, past), result_layout(model)
+        self._model, self._kept, self._gate, self._huber = model, past, gate, huber
         self._stage, self._derived = KalmanStage(model), derived_outputs(model)
         self._rest = RestDetector(model)
 
@@ -104,20 +109,30 @@ class InterpretedFilter:
         inputs = (known, y[model.n_y :]) if model.n_u else ()
         predicted = self._stage.predict(state, dt, inputs=inputs).state
         first = update = self._stage.update(predicted, y, present)
-        if (rejected := self._gated(update)).any():
-            status |= Status.GATED
-            update = self._stage.update(predicted, y, present & ~rejected)
+        used, S = present.astype(float), update.innovation_covariance
+        doubt, doubted, prior = at.view(own, "doubt").copy(), False, predicted
+        if self._gate is not None:
+            opens = self._gated(own, update, used, doubt, dt)
+            if (used != present).any():
+                status |= Status.GATED
+            doubted = bool((opens > 0).any())
+            prior, S = self._widened(predicted, y, update, opens)
+        if self._huber is not None:
+            self._bound(own, update, S, used)
+        if doubted or (used != present).any():
+            update = self._stage.update(prior, y, used)
         seen, updates, gaussian = self._seen(own, update), 1, update.state
-        if (seen != at.view(own, "seen")).any():
-            gaussian, updates = self._settled(predicted, y, update)
+        if doubted or (seen != at.view(own, "seen")).any():
+            gaussian, updates = self._settled(prior, y, update, used)
         if not _is_finite(gaussian):
             status |= Status.NOT_FINITE
-            gaussian = predicted if _is_finite(predicted) else state  # the last rung
-            seen = at.view(own, "seen")
+            gaussian = prior if _is_finite(prior) else state  # the last rung
+            seen, doubt = at.view(own, "seen"), at.view(own, "doubt")
         at.view(own, "time_s")[...] = time_s
         at.view(own, "mean")[:] = gaussian.mean
         store(gaussian, at.view(own, "covariance"))
         at.view(own, "seen")[:] = seen
+        at.view(own, "doubt")[:] = doubt
         at.view(own, "inputs")[:] = y[model.n_y :]
         self._rest.part(at, own)[:] = rest
         return Step(first, update.present, status | self._stage.remark(), updates)
@@ -166,13 +181,13 @@ class InterpretedFilter:
         return seen
 
     def _settled(
-        self, predicted: GaussianState, y: Array, update: Update
+        self, predicted: GaussianState, y: Array, update: Update, used: Array
     ) -> tuple[GaussianState, int]:
         """Return an update linearised at its own posterior, and how many it took."""
-        state, present, updates = update.state, update.present, 1
+        state, updates = update.state, 1
         while updates < FIRST["FIRST_UPDATES"]:
             d_minus = -self._stage.difference(state.mean, predicted.mean)
-            again = self._stage.update(predicted, y, present, state.mean, d_minus)
+            again = self._stage.update(predicted, y, used, state.mean, d_minus)
             if not np.isfinite(again.deviation).all():
                 break
             largest = np.fmax.reduce(np.abs(again.deviation) / state.std)  # 0 / 0 says nothing
@@ -181,20 +196,82 @@ class InterpretedFilter:
             state, updates = again.state, updates + 1
         return state, updates
 
-    def _gated(self, update: Update) -> NDArray[np.bool_]:
-        """Return the rows (n_r,) of sensors whose readings are too far off."""
-        rejected = np.zeros(self._model.n_r, dtype=bool)
-        if self._gate is None:
-            return rejected
+    def _rows(self, used: Array) -> Iterator[tuple[int, bool, NDArray[np.intp]]]:
+        """Yield sensors, whether they are measured, and those of their rows that are used."""
         start = 0
-        for sensor in self._model.sensors:
-            rows = start + np.flatnonzero(update.present[start : start + sensor.n_r])
+        for i, sensor in enumerate(self._model.sensors):
+            rows = start + np.flatnonzero(used[start : start + sensor.n_r])
             start += sensor.n_r
-            if len(rows) == 0:
+            if len(rows):
+                yield i, sensor.is_measured, rows
+
+    def _distance(self, update: Update, S: Array, rows: NDArray[np.intp]) -> float:
+        S = S[np.ix_(rows, rows)]
+        return squared_distance(update.innovation[rows], S, S, 0.0)[0]
+
+    def _gated(self, given: Array, update: Update, used: Array, doubt: Array, dt: float) -> Array:
+        """Take rows of sensors whose readings are too far off out of `used`, as filter.c does.
+
+        Returns
+        -------
+        (n_sensors,) 1 where a gate opens, else 0
+        """
+        assert self._gate is not None
+        opens, seen = np.zeros(len(self._model.sensors)), self.memory.view(given, "seen")
+        count, time_s = doubt[0::2], doubt[1::2]
+        time_s[count > 0] += dt
+        for i, is_measured, rows in list(self._rows(used)):
+            limit = self._gate[i, len(rows)]
+            is_far = self._distance(update, update.innovation_covariance, rows) > limit
+            if not is_far or (is_measured and seen[i] == 0):
+                count[i] = time_s[i] = 0
+            elif count[i] >= OUTLIERS["GATE_REJECTIONS"] and time_s[i] >= OUTLIERS["GATE_DOUBT_S"]:
+                count[i] = time_s[i] = 0
+                opens[i] = 1
+            else:
+                count[i] += 1
+                used[rows] = 0
+        return opens
+
+    def _widened(
+        self, predicted: GaussianState, y: Array, update: Update, opens: Array
+    ) -> tuple[GaussianState, Array]:
+        """Return the prior, less certain where gates open, and its S; see filter.c."""
+        S, present, share = update.innovation_covariance, update.present.astype(float), 0.0
+        if not opens.any():
+            return predicted, S
+        wide = self._stage.update(self._doubted(predicted, 1.0), y, present).innovation_covariance
+        for i, _measured, rows in self._rows(present):
+            at, n = np.ix_(rows, rows), len(rows)
+            if opens[i] == 0:
                 continue
-            v, S = update.innovation[rows], update.innovation_covariance[np.ix_(rows, rows)]
-            rejected[rows] = v @ np.linalg.solve(S, v) > self._gate[len(rows)]
-        return rejected
+            if self._distance(update, wide, rows) > n:
+                share = 1.0
+            if share < 1:
+                added = (wide - S)[at]
+                share = max(share, needed(update.innovation[rows], S[at], added, float(n)))
+        prior = self._doubted(predicted, min(share, 1.0))
+        return prior, self._stage.update(prior, y, present).innovation_covariance
+
+    def _doubted(self, gaussian: GaussianState, share: float) -> GaussianState:
+        """Return a Gaussian with a share of the model's prior on top."""
+        total = gaussian.covariance + share * self._model.prior.covariance
+        if gaussian.root is None:
+            return GaussianState(gaussian.mean, total)
+        root = np.asarray(np.linalg.cholesky(total), dtype=np.float64)
+        return kept(gaussian.mean, root)
+
+    def _bound(self, given: Array, update: Update, S: Array, used: Array) -> None:
+        """Give readings that are too far off less weight in `used`."""
+        assert self._huber is not None
+        seen, R = self.memory.view(given, "seen"), np.diag(self._model.noise_std**2)
+        for i, is_measured, rows in self._rows(used):
+            if is_measured and seen[i] == 0:
+                continue
+            v, at = update.innovation[rows], np.ix_(rows, rows)
+            more = needed(v, S[at], R[at], self._huber[i] ** 2)
+            if more > 0:
+                used[rows] = np.sqrt(1 / (1 + more))
 
 
 def _is_finite(gaussian: GaussianState) -> bool:

@@ -124,7 +124,7 @@ static int keep_innovations(const Filter *f)
     for (integer r = 0; r < m->n_r; r++) {
         if (f->present[r] == 0) f->told[r] = 0;
         f->late_used[r] = f->told[r] != 0 ? f->used[r] : 0;
-        gated = gated || f->late_used[r] != f->told[r];
+        gated = gated || (f->told[r] != 0 && f->late_used[r] == 0);
         if (f->told[r] != 0) continue;
         for (integer c = 0; c < m->n_r; c++)
             f->late_S[r * m->n_r + c] = f->late_S[c * m->n_r + r] = 0;

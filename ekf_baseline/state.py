@@ -51,6 +51,11 @@ class EkfState:
         return self.layout.view(self.memory, "seen")
 
     @property
+    def doubt(self) -> Array:
+        """(2 n_sensors,) per sensor: readings that its gate has rejected in a row, and s since."""
+        return self.layout.view(self.memory, "doubt")
+
+    @property
     def inputs(self) -> Array:
         """(n_u,) the last known ones."""
         return self.layout.view(self.memory, "inputs")
@@ -128,6 +133,7 @@ def _own_blocks(model: StateSpaceModel) -> dict[str, tuple[int, ...]]:
         "mean": (n_x,),
         "covariance": (row, row),
         "seen": (len(model.sensors),),
+        "doubt": (2 * len(model.sensors),),
         "inputs": (model.n_u,),
     }
     return {**state, **rest_blocks(model)}

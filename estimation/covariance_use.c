@@ -54,6 +54,18 @@ static inline void take_from(const Model *m, real *P, const real *C, const real 
         if (P[i * (LD + 1)] < 0) P[i * (LD + 1)] = 0;
 }
 
+/* P + by Q in place; Q (LD, LD) is a covariance. */
+static inline void add_covariance(const Model *m, real *P, real by, const real *Q)
+{
+    if (is_root(P)) {
+        add_to_root(m, P, by, Q, m->root);
+        keep_root(m, m->root, P);
+        return;
+    }
+    for (integer i = 0; i < N_X; i++)
+        for (integer j = 0; j < N_X; j++) P[i * LD + j] += by * Q[i * LD + j];
+}
+
 /* Variance of one state. */
 static inline real variance(const Model *m, const real *P, integer i)
 {

@@ -27,6 +27,11 @@ static inline void spread(const Model *m, const real *S, const real *v, real *pr
     spread_root(m, S, v, product);
 }
 
+static inline void add_covariance(const Model *m, real *S, real by, const real *Q)
+{
+    add_to_root(m, S, by, Q, S);
+}
+
 static inline real variance(const Model *m, const real *S, integer i)
 {
     return variance_root(m, S, i);

@@ -23,10 +23,15 @@ def stride(n_x: int) -> int:
 
 def store(gaussian: GaussianState, kept: Array) -> None:
     """Write a covariance, or the root that stands for it, into an array (stride, stride)."""
-    n_x = len(gaussian.mean)
-    held = np.array(gaussian.covariance if gaussian.root is None else gaussian.root)
-    kept[...] = 0
-    kept[:n_x, :n_x] = held
+    kept[...] = padded(gaussian.covariance if gaussian.root is None else gaussian.root)
+
+
+def padded(matrix: Array) -> Array:
+    """Return a matrix (n, n) with zeros behind, (stride, stride)."""
+    n, row = len(matrix), stride(len(matrix))
+    kept = np.zeros((row, row))
+    kept[:n, :n] = matrix
+    return kept
 
 
 def stored(gaussian: GaussianState) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from estimation.losses import checked_thresholds, of_sensors
 from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.ipopt_options import Option, checked_options
 from mhe.lags import checked_lags
@@ -15,7 +16,7 @@ from mhe.scheme import MAX_ITERATIONS, TOLERANCE, Scheme
 from models.arrays import Array
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
-from models.names import expected_one_of, unknown
+from models.names import unknown
 
 HESSIANS = ("gauss-newton", "exact")
 
@@ -65,16 +66,11 @@ class WindowConfig:
     def __post_init__(self) -> None:
         check_count("horizon", self.horizon, 1)
         object.__setattr__(self, "lag_samples", checked_lags(self.lag_samples, self.horizon))
-        if not isinstance(self.huber, Mapping):
-            raise InputError(f"huber is {self.huber!r}, expected sensor → threshold")
-        object.__setattr__(self, "huber", FrozenMapping(self.huber))
+        object.__setattr__(self, "huber", checked_thresholds(self.huber))
         if self.arrival_cost not in ARRIVAL_COSTS:
             raise unknown("arrival cost", self.arrival_cost, ARRIVAL_COSTS)
-        for name, threshold in (*self.huber.items(), ("sparse_noise", self.sparse_noise)):
-            if threshold is not None and not threshold > 0:
-                raise InputError(
-                    f"threshold {threshold} of Huber's loss on {name}, expected a positive number"
-                )
+        if self.sparse_noise is not None:
+            checked_thresholds({"sparse_noise": self.sparse_noise})
         if self.deadline_s is not None and not self.deadline_s > 0:
             raise InputError(f"deadline_s is {self.deadline_s}, expected a positive time")
 
@@ -92,13 +88,8 @@ class WindowConfig:
         InputError
             If a sensor with a threshold is not among `sensors`.
         """
-        for name in self.huber:
-            if name not in sensors:
-                raise InputError(
-                    f"Huber's loss on sensor {name}, which is not part of the model; "
-                    f"{expected_one_of(name, sensors)}"
-                )
-        return np.array([self.huber.get(name, LEAST_SQUARES) for name in sensors], dtype=float)
+        known = of_sensors(self.huber, sensors, "Huber's loss")
+        return np.array([known.get(name, LEAST_SQUARES) for name in sensors], dtype=float)
 
     @property
     def noise_threshold(self) -> float:

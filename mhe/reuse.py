@@ -31,9 +31,10 @@ def reuse_threshold(model: StateSpaceModel, config: RealTimeConfig) -> float:
     """Return the threshold in standard deviations, 0 where every pass is a full one.
 
     Factors stay only with an arrival cost that eliminates the dropped stage, and with
-    readings that are weighed by least squares.
+    noises that are weighed by least squares. Readings with a loss are weighed where their stage is
+    linearised, so weights stay with the factors that are made of them.
     """
-    if config.arrival_cost not in ("filtered", "smoothed") or config.has_losses:
+    if config.arrival_cost not in ("filtered", "smoothed") or config.sparse_noise is not None:
         return 0.0
     threshold = config.scheme.reuse_threshold
     if threshold is not None:

@@ -99,12 +99,14 @@ def _back(L: ca.SX, W: ca.SX, e: ca.SX, H: ca.SX, lam_hat: ca.SX) -> tuple[ca.SX
 def judge_function(model: StateSpaceModel) -> ca.Function:
     """Return (x, y, present, expected) → by how many σ readings are off what a stage expects.
 
-    ``max |r(x) / σ - expected|`` over the rows present, of a stage's ``smooth`` and its estimate x.
+    ``max |D r(x) / σ - expected|`` over the rows present, of a stage's ``smooth`` and its estimate
+    x; D are the rows' scales, ones without a loss.
     """
     x, y = ca.SX.sym("x", model.n_x), ca.SX.sym("y", model.n_row)
     present = ca.SX.sym("present", model.n_r)
     expected = ca.SX.sym("expected", model.n_r)
-    off = ca.fabs(present * (stacked_residual(model, y, x) / model.noise_std - expected))
+    residual = stacked_residual(model, y, x) / model.noise_std
+    off = ca.fabs(present * residual - ca.sign(present) * expected)
     arguments = {"x": x, "y": y, "present": present, "expected": expected}
     return _function("judge", arguments, off=ca.mmax(ca.vertcat(0, off)))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -59,7 +60,8 @@ class SensorModel:
     resolution : step of the quantiser, in the reading's unit; 0 has none
     touched_height : of a sensor that reads this height while the tip touches it, and
         nothing in the air; None for others
-    dropout_fraction : see `models.sensor_kinds.mounted.SensorBase`
+    dropout_fraction, huber, gate_probability : see `models.sensor_kinds.mounted.SensorBase`; the
+        last two are for whoever builds an estimator, see `losses`
     bias_states : names of the model's states that are this sensor's biases
     bias_walk : density of their random walk, the reading's unit per √s
     sees_pose, feels_gravity, reads_rate : see `models.sensor_kinds.mounted.SensorBase`
@@ -84,6 +86,8 @@ class SensorModel:
     resolution: float = 0.0
     touched_height: float | None = None
     dropout_fraction: float = 0.0
+    huber: float | None = None
+    gate_probability: float | None = None
     bias_states: tuple[str, ...] = ()
     bias_walk: float = 0.0
     sees_pose: bool = False
@@ -152,6 +156,23 @@ class SensorModel:
         """(n_r, n_y): which components of y each row of the residual depends on."""
         pattern = self.residual.sparsity_jac(0, 0)
         return np.array(ca.DM(pattern, 1).full() != 0)
+
+
+LOSSES = ("huber", "gate_probability")
+"""What a sensor says of its outliers, by the name of the setting that an estimator reads."""
+
+
+def losses(sensors: Iterable[SensorModel]) -> dict[str, dict[str, float]]:
+    """Return setting → sensor → value of what sensors say of their outliers; no empty ones."""
+    said = {
+        setting: {
+            sensor.name: value
+            for sensor in sensors
+            if (value := getattr(sensor, setting)) is not None
+        }
+        for setting in LOSSES
+    }
+    return {setting: values for setting, values in said.items() if values}
 
 
 def noise_text(sensor: SensorModel) -> str:

@@ -18,6 +18,7 @@ from mhe.realtime import Mhe, MheRti
 from mhe.reference.ipopt import MheIpopt
 from models.errors import InputError
 from models.names import unknown
+from models.sensor_model import losses
 from models.state_space import StateSpaceModel
 
 SPARSE_NOISE = 1.0
@@ -117,12 +118,27 @@ def settings_read(name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
     return {each: value for each, value in settings.items() if each in own}
 
 
+def with_losses(
+    name: str, model: StateSpaceModel, settings: Mapping[str, Any], **defaults: Any
+) -> dict[str, Any]:
+    """Return settings of an estimator with what the model's sensors say of their outliers.
+
+    Parameters
+    ----------
+    settings : given ones win: ``huber={}`` is least squares, whatever the sensors say
+    defaults : what the estimator has unless others are given; the sensors' come behind them
+    """
+    said = settings_read(name, losses(model.sensors))
+    return {**said, **defaults, **settings}
+
+
 def create_estimator(name: str, model: StateSpaceModel, **settings: Any) -> Estimator[Any]:
     """Build an estimator by name.
 
     Parameters
     ----------
-    settings : of `settings_of`, by keyword; the rest takes its defaults
+    settings : of `settings_of`, by keyword; the rest takes the losses and gates of the model's
+        sensors (`models.sensor_model.losses`), and its defaults
 
     Raises
     ------
@@ -131,4 +147,5 @@ def create_estimator(name: str, model: StateSpaceModel, **settings: Any) -> Esti
     """
     check_estimator(name)
     row = ESTIMATORS[name]
-    return row.make(model, config_of(name, configs(), {**row.defaults, **settings}))
+    chosen = with_losses(name, model, settings, **row.defaults)
+    return row.make(model, config_of(name, configs(), chosen))

@@ -67,12 +67,12 @@ static integer unchanged(const Window *s, const real *memory, const real *deviat
     return k;
 }
 
-/* Whether the factors of the oldest stage of the window `given` are there. */
-static int has_oldest(const Window *s, const real *given)
+/* Whether the factors of the oldest stage of the window `given` are there, rows scaled like this. */
+static int has_oldest(const Window *s, const real *given, const real *row_scale)
 {
     const Memory *at = &s->memory;
     return has_prior(s, given + at->prior_deviation, given + at->prior_covariance)
-           && has_readings(s, 0, given, given + at->x_lin, given + at->present);
+           && has_readings(s, 0, given, given + at->x_lin, row_scale);
 }
 
 /* The oldest stage, whose factors are there, leaves, eliminated as they were made: those behind it
@@ -222,7 +222,9 @@ static real forward(const Window *s, const real *memory, const real *deviation, 
             return NAN;
         }
 #endif
-        if (LOSSES && tells && s->has_losses) { /* told is the innovation itself, not its weighed share */
+        if (LOSSES && tells && s->has_losses
+            && !same(STAGE(row_scale, k, n_r), STAGE(memory + s->memory.present, k, n_r), n_r)) {
+            /* told is the innovation itself, not its weighed share */
             real *unweighed[] = {0, 0, o->v, o->S, 0, 0, 0, 0};
             update(m, d_minus, P_minus, STAGE(x, k, n_x), STAGE(y, k, m->n_row),
                    STAGE(memory + s->memory.present, k, n_r), unweighed);

@@ -20,6 +20,7 @@ from mhe.compiled.workspace import workspace
 from mhe.config import Clock, RealTimeConfig
 from mhe.domain import limits
 from mhe.look_back import LEAST_SHARE
+from mhe.loss import LEAST_SQUARES
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.rules import ACTIVE_SET, DESCENT, most_active
 from mhe.second_start import SECOND_START, cost_limits
@@ -127,6 +128,7 @@ def window_loop(
             **({**DESCENT, **SECOND_START} if parts["CONVERGES"] else {}),
             **ACTIVE_SET,
             "SETTLED": SETTLED,
+            "LEAST_SQUARES": LEAST_SQUARES,
             "LEAST_SHARE": LEAST_SHARE,
             **rest_constants(model),
             **{part: int(is_in) for part, is_in in parts.items()},

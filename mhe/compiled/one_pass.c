@@ -22,13 +22,13 @@ static real moved_by(const Window *s, integer k, const real *d_s)
 
 /* The square of what a stage's readings at its estimate are off by, in standard deviations of their
  * noise, from what its linearisation has them. */
-static real misjudged(const Window *s, const real *memory, integer k)
+static real misjudged(const Window *s, const real *memory, integer k, const real *row_scale)
 {
     const Memory *at = &s->memory;
     const integer n_x = s->model.n_x, n_r = s->model.n_r;
     real off = 0;
     const real *judged[] = {STAGE(memory + at->x, k, n_x), STAGE(memory + at->y, k, s->model.n_row),
-                            STAGE(memory + at->present, k, n_r), STAGE(s->work.expected, k, n_r)};
+                            STAGE(row_scale, k, n_r), STAGE(s->work.expected, k, n_r)};
     real *results[] = {&off};
     call(&s->model, &s->judge, judged, results);
     return off * off;
@@ -36,11 +36,12 @@ static real misjudged(const Window *s, const real *memory, integer k)
 
 /* How far a stage is from its linearisation point, squared: the larger of both measures, the first
  * alone where it says already that the stage has moved. */
-static real judged(const Window *s, const real *memory, integer k, const real *d_s)
+static real judged(const Window *s, const real *memory, integer k, const real *d_s,
+                   const real *row_scale)
 {
     if (!(s->reuse > 0)) return INFINITY;
     const real by = moved_by(s, k, d_s);
-    return by > s->reuse * s->reuse ? by : fmax(by, misjudged(s, memory, k));
+    return by > s->reuse * s->reuse ? by : fmax(by, misjudged(s, memory, k, row_scale));
 }
 
 /* How far λ̂, instead of the one before, moves stage k, in standard deviations. */
@@ -128,6 +129,38 @@ static real linearised_cost(const Window *s, integer count, integer held)
     return cost;
 }
 
+/* The scales by which losses weigh readings and noises where they are linearised; stages whose factors
+ * are of the same point and readings keep theirs. Returns NAN where one is no number. */
+static real weigh(const Window *s, const real *memory, const real *x, const real *w)
+{
+    const Model *m = &s->model;
+    const Work *o = &s->work;
+    const Memory *at = &s->memory;
+    const integer count = (integer)memory[at->count], n_x = m->n_x, n_r = m->n_r, n_row = m->n_row;
+    real cost = 0, part = 0;
+    for (integer k = 0; k < count; k++) {
+        const real *y = STAGE(memory + at->y, k, n_row);
+        real *rows = STAGE(o->row_scale, k, n_r);
+        if (k < o->ring[MADE] && same(SLOT(o->at_x, k, n_x), STAGE(x, k, n_x), n_x)
+            && same(SLOT(o->at_y, k, n_row), y, n_row)
+            && *SLOT(o->at_time, k, 1) == memory[at->times + k]) {
+            copy(rows, SLOT(o->at_rows, k, n_r), n_r);
+            continue;
+        }
+        const real *seen[] = {STAGE(x, k, n_x), y, STAGE(memory + at->present, k, n_r), s->huber};
+        real *scales[] = {rows, &part};
+        call(m, &s->measure, seen, scales);
+        cost += part;
+    }
+    for (integer k = 0; s->huber_noise < LEAST_SQUARES && k + 1 < count; k++) {
+        const real *shaken[] = {STAGE(w, k, m->n_w), &s->huber_noise};
+        real *scales[] = {STAGE(o->noise_scale, k, m->n_w), &part};
+        call(m, &s->shake, shaken, scales);
+        cost += part;
+    }
+    return cost;
+}
+
 /* The linearised window's optimum becomes the trajectory. Stages whose estimate is near their
  * linearisation point keep it; see `slide`. */
 static integer one_pass(const Window *s, real *memory, Solved *solved)
@@ -144,9 +177,9 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     int changed = 0;
     const double began = now(s);
     if (LOSSES && s->has_losses) {
-        readings = measure(s, memory, x, w, o->row_scale, o->noise_scale);
+        readings = weigh(s, memory, x_lin, w_lin);
         row_scale = o->row_scale;
-        noise_scale = o->noise_scale;
+        if (s->huber_noise < LEAST_SQUARES) noise_scale = o->noise_scale;
     }
     const real *deviation = memory + at->prior_deviation;
     const real squares = forward(s, memory, deviation, x_lin, w_lin, row_scale, noise_scale, 0);
@@ -166,7 +199,7 @@ static integer one_pass(const Window *s, real *memory, Solved *solved)
     for (integer k = from; k < count; k++) {
         const real *d_s = STAGE(o->d_s, k, n_x);
         retract(m, STAGE(x_lin, k, n_x), d_s, STAGE(x, k, n_x));
-        moved[k] = judged(s, memory, k, d_s);
+        moved[k] = judged(s, memory, k, d_s, row_scale);
     }
     copy(w, w_s, (count - 1) * n_w);
     solved->cost = linearised_cost(s, count, held);

@@ -40,9 +40,9 @@ static void arrive(const Window *s, const real *given, int kept, const real *w, 
         copy(new_P, s->constant_covariance, m->n_P);
         return;
     }
-    if (LOSSES && s->has_losses) {
+    if (LOSSES && s->has_losses) { /* where kept: the weights that its factors are made of */
         real part;
-        const real *seen[] = {x, y, row_scale, s->huber};
+        const real *seen[] = {kept ? given + s->memory.x_lin : x, y, row_scale, s->huber};
         real *weighed[] = {o->row_scale, &part};
         call(&s->model, &s->measure, seen, weighed);
         const real *shaken[] = {w, &s->huber_noise};
@@ -63,7 +63,7 @@ static void arrive(const Window *s, const real *given, int kept, const real *w, 
         copy(o->d_minus_prior, given + s->memory.prior_deviation, n_x);
     } else
         difference(s, mean, x_lin, o->d_minus_prior);
-    const int made = kept && has_oldest(s, given);
+    const int made = kept && has_oldest(s, given, row_scale);
     const real *d_plus = made ? SLOT(o->d_plus, 0, n_x) : o->d_prior;
     const real *P_plus = made ? SLOT(o->P_plus, 0, s->model.n_P) : o->P_prior;
     real *updated[] = {o->d_prior, o->P_prior, 0, 0, 0, 0, 0, 0};

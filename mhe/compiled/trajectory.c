@@ -41,6 +41,7 @@ static void move(const Window *s, const real *memory, integer k, const real *x, 
     move_on(s, interval(s, memory, k), u, x, w, reached);
 }
 
+#if CONVERGES
 /* Cost of readings and noises of a trajectory, and the scales by which its losses weigh
  * them; the prior's part is the caller's. */
 static real measure(const Window *s, const real *memory, const real *x, const real *w,
@@ -65,6 +66,7 @@ static real measure(const Window *s, const real *memory, const real *x, const re
     }
     return cost;
 }
+#endif
 
 /* x becomes the nearest point inside the bounds of the states that add. */
 static void keep_inside(const Window *s, real *x)

@@ -195,7 +195,7 @@ class InterpretedWindow:
         began = self._deadline.now()
         cost, scales = 0.0, Scales(window.present, np.ones(window.w.shape))
         if self._config.has_losses:
-            cost, scales = self._pass.measure(window, window.x, window.w)
+            cost, scales = self._pass.measure(window, window.x_lin, window.w_lin)
         at = window.x_lin, window.w_lin
         settled = SETTLED * self._reuse
         found = self._pass.run(window, -window.prior_deviation, scales, *at, settled)
@@ -209,7 +209,7 @@ class InterpretedWindow:
         self._deadline.note_pass(len(window.times) - int(window.stayed), began)
         if self._reuse > 0:
             for k, by in list(enumerate(_moved(found)))[renewed]:
-                window.moved[k] = self._judged(window, k, by, found.expected[k])
+                window.moved[k] = self._judged(window, k, by, found.expected[k], scales.rows[k])
         kkt = max(np.sqrt(found.length), self._pass.largest_excess(window, found.row_std))
         ended = found.held.status, 1, found.cost, kkt
         return Solved(found.newest, found.newest.state, *ended, lagged)
@@ -222,11 +222,11 @@ class InterpretedWindow:
                 states[at] = self._pass.stage.retract(window.x_lin[at], found.d[at])
         return self._pass.look_back(window, states, found)
 
-    def _judged(self, window: View, k: int, by: float, expected: Array) -> float:
+    def _judged(self, window: View, k: int, by: float, expected: Array, rows: Array) -> float:
         """Return how far a stage is from its linearisation point, squared, as one_pass.c does."""
         if by > self._reuse**2:
             return by
-        [off] = self._pass.call["judge"](window.x[k], window.y[k], window.present[k], expected)
+        [off] = self._pass.call["judge"](window.x[k], window.y[k], rows, expected)
         return max(by, float(off[0]) ** 2)
 
     def _judge(self, window: View, solved: Solved) -> Solved:

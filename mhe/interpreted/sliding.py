@@ -138,7 +138,8 @@ class WindowSlider:
         if kept:
             stage, dt = self._pass.stage, float(new.times[0] - window.times[0])
             at = window.x_lin[0], window.prior_deviation
-            updated = stage.update(window.prior, window.y[0], window.present[0], *at)
+            rows, _ = self._pass.weigh(window, 0, window.x_lin[0])
+            updated = stage.update(window.prior, window.y[0], rows, *at)
             point = window.x_lin[0], window.w_lin[0], None, updated.deviation
             inputs = self._model.step_inputs(window.y[0], new.y[0])
             predicted = stage.predict(updated.state, dt, *point, inputs=inputs)

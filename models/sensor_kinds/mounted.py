@@ -35,6 +35,10 @@ class SensorBase(UnitConfig):
     delay_s : time from capture to arrival, s
     dropout_fraction : part of the samples that get lost, each by itself; used by the
         simulator only
+    huber : threshold, in standard deviations of the whole reading, beyond which it moves an
+        estimate no further; smaller trusts a reading far off less, None trusts all alike
+    gate_probability : readings beyond this χ² quantile of their distance from a prediction are
+        dropped, by estimators that have gates; None drops none
     sees_position : whether the tip's position stays bounded with this sensor
     sees_pose : whether it reads position, m, and rotation vector, rad, of a target
     feels_gravity : whether it reads specific force, m/s², along its axes
@@ -56,6 +60,8 @@ class SensorBase(UnitConfig):
     rate_hz: PositiveFloat | None = None
     delay_s: NonNegative = 0.0
     dropout_fraction: Annotated[float, Field(ge=0, lt=1)] = 0.0
+    huber: PositiveFloat | None = None
+    gate_probability: Annotated[float, Field(gt=0, lt=1)] | None = None
 
     @property
     @abstractmethod

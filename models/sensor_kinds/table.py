@@ -74,6 +74,8 @@ def sensor_model(
         resolution=reading.resolution,
         touched_height=reading.touched_height,
         dropout_fraction=sensor.dropout_fraction,
+        huber=sensor.huber,
+        gate_probability=sensor.gate_probability,
         bias_states=biases.names,
         bias_walk=biases.walk,
         sees_pose=sensor.sees_pose,

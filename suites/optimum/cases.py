@@ -147,7 +147,7 @@ def rolled_out(
 
 @cache
 def _ekf(model: str) -> Estimator[Any]:
-    return create_estimator("ekf", window_bodies()[model].model)
+    return create_estimator("ekf", window_bodies()[model].model, huber={})
 
 
 @cache

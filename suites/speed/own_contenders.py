@@ -41,12 +41,14 @@ OTHER_PRIOR = 1.01
 def estimator(name: str, model: StateSpaceModel, settings: Mapping[str, Any]) -> Any:
     """Return an estimator of the registry with what it reads of the settings.
 
+    Least squares, whatever the sensors say of their outliers: as all other solvers have it.
+
     Raises `ContenderAbsentError` where there is none.
     """
     if name not in ESTIMATORS:
         raise ContenderAbsentError("not among the estimators")
     try:
-        return create_estimator(name, model, **settings_read(name, settings))
+        return create_estimator(name, model, **settings_read(name, {"huber": {}, **settings}))
     except InputError as refusal:
         raise ContenderAbsentError(str(refusal)) from None
 

@@ -53,6 +53,8 @@ class FilteredStream:
 def filtered_stream(problem: Problem, model: StateSpaceModel, count: int) -> FilteredStream:
     """Return the first samples of a problem's recording."""
     measurements = recorded(problem, model, count)
-    history = run_measurements(create_estimator("ekf", model), measurements, covariances=True)
+    history = run_measurements(
+        create_estimator("ekf", model, huber={}), measurements, covariances=True
+    )
     states = map(GaussianState, history.mean, history.covariance)
     return FilteredStream(tuple(map(Sample, range(count), measurements)), tuple(states))

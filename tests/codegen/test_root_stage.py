@@ -132,3 +132,17 @@ def test_tables_of_covariances_become_roots() -> None:
     np.testing.assert_allclose(constant @ constant.T, PEN.prior.covariance, rtol=1e-14)
     prior = changed.memory.view(start, "prior_covariance")[:n_x, :n_x]
     np.testing.assert_allclose(prior @ prior.T, PEN.prior.covariance, rtol=1e-14)
+
+
+def test_losses_and_gates_of_the_filter_alike() -> None:
+    """A gate that opens puts the prior on top of a root, too."""
+    measurements = disturbed(RUN.measurements, limit=39.99, outlier=3.0)
+    del measurements[ABSURD_AT]
+    settings = {"huber": {"camera": 2.0}, "gate_probability": {"accel": 0.5, "gyro": 0.5}}
+    roots = told(exported("ekf", PEN, "double", "root", settings), measurements)
+    covariances = told(exported("ekf", PEN, "double", "covariance", settings), measurements)
+    for a, b in zip(roots, covariances, strict=True):
+        assert estimate_error(PEN, a, b) < ALIKE_STD
+        assert a.status is b.status
+    gated = [Status.GATED in estimate.status for estimate in roots]
+    assert 0 < sum(gated) < len(gated)

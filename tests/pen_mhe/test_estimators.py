@@ -33,7 +33,7 @@ MODEL, MEASUREMENTS = pendulum.model(), pendulum.simulate(15, 1)
 WINDOW = ("horizon", "arrival_cost", "huber", "sparse_noise", "deadline_s", "lag_samples")
 READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "ekf": ("gate_probability", "late_samples"),
+        "ekf": ("gate_probability", "late_samples", "huber"),
         "mhe-ipopt": (*WINDOW, "tolerance", "max_iterations", "hessian", "ipopt"),
         "mhe-rti": (*WINDOW, "reuse_threshold"),
         "mhe": (*WINDOW, "tolerance", "max_iterations"),
@@ -98,7 +98,8 @@ SENTENCES: Mapping[str, tuple[str, dict[str, Any], str]] = MappingProxyType(
         "others read it": (
             "ekf",
             {"horizon": 7},
-            "setting horizon is not read by ekf, expected one of gate_probability, late_samples; "
+            "setting horizon is not read by ekf, expected one of gate_probability, late_samples, "
+            "huber; "
             "mhe-ipopt, mhe-rti, mhe and mhe-sparse read it",
         ),
         "another reads it": (
@@ -116,14 +117,16 @@ SENTENCES: Mapping[str, tuple[str, dict[str, Any], str]] = MappingProxyType(
         ),
         "several": (
             "ekf",
-            {"huber": {"accel": 2.0}, "horizon": 7},
-            "settings huber and horizon are not read by ekf, expected one of gate_probability, "
-            "late_samples; mhe-ipopt, mhe-rti, mhe and mhe-sparse read them",
+            {"sparse_noise": 2.0, "horizon": 7},
+            "settings sparse_noise and horizon are not read by ekf, expected one of "
+            "gate_probability, late_samples, huber; "
+            "mhe-ipopt, mhe-rti, mhe and mhe-sparse read them",
         ),
         "nobody's": (
             "ekf",
             {"colour": "red"},
-            "setting colour is not read by ekf, expected one of gate_probability, late_samples",
+            "setting colour is not read by ekf, expected one of gate_probability, late_samples, "
+            "huber",
         ),
         "unknown estimator": (
             "ukf",
