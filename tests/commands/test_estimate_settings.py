@@ -103,11 +103,11 @@ def test_a_default_that_is_written_out_is_given(recording: Path) -> None:
 
 
 def test_the_call_that_was_a_plain_ekf(recording: Path) -> None:
-    code, said = estimate(recording, "ekf", ["--huber", "accel=2", "--horizon", "7"])
+    code, said = estimate(recording, "ekf", ["--sparse-noise", "2", "--horizon", "7"])
     assert (code, said) == (
         2,
-        "pen-mhe: options --horizon and --huber are not read by ekf, expected --gate-probability; "
-        "mhe-ipopt, mhe-rti, mhe and mhe-sparse read them\n",
+        "pen-mhe: options --horizon and --sparse-noise are not read by ekf, expected one of "
+        "--gate-probability, --huber; mhe-ipopt, mhe-rti, mhe and mhe-sparse read them\n",
     )
 
 
@@ -166,6 +166,9 @@ def test_codegen_refuses_too(tmp_path: Path) -> None:
     given = ["--pen", "reference", "--estimator", "ekf", "--horizon", "7"]
     result = runner.invoke(app, ["codegen", *given, "--output", str(tmp_path / "c")])
     assert result.exit_code == 2
-    sentence = "setting horizon is not read by ekf, expected gate_probability; mhe-rti reads it"
+    sentence = (
+        "setting horizon is not read by ekf, expected one of gate_probability, huber; "
+        "mhe-rti reads it"
+    )
     assert result.stderr == f"pen-mhe: {sentence}\n"
     assert not (tmp_path / "c").exists()
