@@ -105,11 +105,11 @@ def test_a_default_that_is_written_out_is_given(recording: Path) -> None:
 
 
 def test_the_call_that_was_a_plain_ekf(recording: Path) -> None:
-    code, said = estimate(recording, "ekf", ["--huber", "accel=2", "--horizon", "7"])
+    code, said = estimate(recording, "ekf", ["--sparse-noise", "2", "--horizon", "7"])
     assert (code, said) == (
         2,
-        "pen-mhe: options --horizon and --huber are not read by ekf, expected one of "
-        "--gate-probability, --late-samples; "
+        "pen-mhe: options --horizon and --sparse-noise are not read by ekf, expected one of "
+        "--gate-probability, --late-samples, --huber; "
         "mhe-ipopt, mhe-rti, mhe and mhe-sparse read them\n",
     )
 
@@ -170,7 +170,8 @@ def test_codegen_refuses_too(tmp_path: Path) -> None:
     result = runner.invoke(app, ["codegen", *given, "--output", str(tmp_path / "c")])
     assert result.exit_code == 2
     sentence = (
-        "setting horizon is not read by ekf, expected one of gate_probability, late_samples; "
+        "setting horizon is not read by ekf, expected one of gate_probability, late_samples, "
+        "huber; "
         "mhe-rti reads it"
     )
     assert result.stderr == f"pen-mhe: {sentence}\n"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -31,7 +29,9 @@ def lost(ekf: Ekf, *, by: float = LOST) -> tuple[EkfState, Array]:
         state, _ = plain.step(state, measurement)
     true = state.gaussian.mean
     wrong = true + by * SYSTEM.model.prior.std
-    return replace(state, gaussian=replace(state.gaussian, mean=wrong)), true
+    memory = state.memory.copy()
+    state.layout.view(memory, "mean")[:] = wrong
+    return EkfState(memory, state.layout), true
 
 
 def readings(x: Array, k: int, off: float = 0.0) -> Measurement:
