@@ -120,7 +120,7 @@ class MountedFilter:
         time_s, y : (n,), (n, n_y) stacked readings; an instant with a frame has nothing else
         frames : (m,) which instants count, the first excluded
         """
-        n, p = self.base.n_x, (KNOWN * self.plausible_std) ** 2
+        n, p, seen = self.base.n_x, (KNOWN * self.plausible_std) ** 2, self.camera_rows
         state, kept = self._estimator.init(self._first(values)), []
         before = self._first(values)
         mean, P = before.mean[None, n:], before.covariance[None, n:, n:]
@@ -131,22 +131,9 @@ class MountedFilter:
                 mean = np.concatenate([mean[-1:], part.mean[:, n:]])
                 P = np.concatenate([P[-1:], part.covariances.state[:, n:, n:]])
                 at = frames[(frames >= start) & (frames < start + BATCH_STEPS)] - start
-                kept.append(
-                    Told(
-                        part.time_s[at],
-                        log_densities(
-                            part.innovation[at][:, self.camera_rows],
-                            part.innovation_covariance[at][:, self.camera_rows][
-                                :, :, self.camera_rows
-                            ],
-                        ),
-                        (mean[at + 1] - mean[at]) / p,
-                        (P[at] - P[at + 1]) / np.outer(p, p),
-                    )
-                )
-        return Told(
-            *(
-                np.concatenate([getattr(part, name) for part in kept])
-                for name in Told.__annotations__
-            )
-        )
+                v = part.innovation[at][:, seen]
+                S = part.innovation_covariance[at][:, seen][:, :, seen]
+                score, information = (mean[at + 1] - mean[at]) / p, P[at] - P[at + 1]
+                times = part.time_s[at]
+                kept.append((times, log_densities(v, S), score, information / np.outer(p, p)))
+        return Told(*map(np.concatenate, zip(*kept, strict=True)))

@@ -13,12 +13,12 @@ turned and moved together: a camera does not tell one from the other.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
-from models.arrays import Array
 from models.kinematics import Body
 from models.level import UP, Vector2, Vector3
 from models.pen_config import PenConfig
@@ -84,9 +84,9 @@ def numbers_of(pen: PenConfig, sensors: Sequence[str]) -> tuple[Number, ...]:
     )
 
 
-def split(numbers: Sequence[Number], values: ca.SX | Array) -> dict[Quantity, list[ca.SX]]:
-    """Return quantity → its numbers, zero where there are none."""
-    found: dict[Quantity, list[ca.SX]] = {q: [0.0] * len(q.axes) for q in QUANTITIES}
+def split(numbers: Sequence[Number], values: ca.SX) -> dict[Quantity, list[Any]]:
+    """Return quantity → its symbols, zero where there are none."""
+    found: dict[Quantity, list[Any]] = {q: [0.0] * len(q.axes) for q in QUANTITIES}
     for i, number in enumerate(numbers):
         found[number.quantity][number.axis] = values[i]
     return found
@@ -101,13 +101,13 @@ class MountedBody:
     rigid : at a reading's stamp
     seen : at the instant at which a frame is captured
     level_rad : of the pen file
-    by : quantity → symbols
+    by : quantity → symbols, or zeros
     """
 
     rigid: Body
     seen: Body
     level_rad: Vector2
-    by: dict[Quantity, list[ca.SX]]
+    by: Mapping[Quantity, list[Any]]
 
     @property
     def tip(self) -> ca.SX:

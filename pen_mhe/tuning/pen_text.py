@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from models.bundled import bundled_pens
@@ -14,10 +15,13 @@ from models.errors import InputError
 from models.motion import OLD_KEY
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, parse_pen, presets
-from models.units import accepted_names
+from models.units import accepted_names, split_unit
 from pen_mhe.tuning.parameters import MOTION, Parameter, rounded
 
-DIGITS, DIGITS_OF_ENTRIES = 4, 6
+DIGITS, DIGITS_OF_ENTRIES, DIGITS_OF_ROWS = 4, 6, 9
+"""Of a number, of a vector's entries, of a matrix's: a rotation is one to `ROTATION_TOLERANCE`."""
+WRITTEN: Mapping[str, str] = MappingProxyType({"rad": "deg", "s": "ms"})
+"""SI unit → the one in which a key is written that the file does not have."""
 _HEADER = re.compile(r"\s*\[([^\[\]]+)\]\s*(?:#.*)?")
 _NUMBER = re.compile(r"(\s*)([\w-]+)(\s*=\s*)(\[[^#]*\]|[^#\s]+)(.*)", re.DOTALL)
 _NOTE = "#   {} = "
@@ -31,11 +35,14 @@ def _toml_number(value: Any) -> str:
 
 
 def spelling(parameter: Parameter, table: Mapping[str, Any]) -> tuple[str, float]:
-    """Return the key that a file has for a parameter, and its factor to SI; else the SI key."""
-    for key, factor in accepted_names(parameter.field).items():
+    """Return the key that a file has for a parameter, and its factor to SI; else a usual one."""
+    accepted = accepted_names(parameter.field)
+    for key, factor in accepted.items():
         if key in table:
             return key, factor
-    return parameter.field, 1.0
+    stem, unit = split_unit(parameter.field)
+    key = f"{stem}_{WRITTEN[unit]}" if unit in WRITTEN else parameter.field
+    return key, accepted[key]
 
 
 class PenText:
@@ -62,8 +69,10 @@ class PenText:
             path = bundled_pens()[str(pen)]
         return cls(path.read_text("utf-8"), f"pen file {pen}")
 
-    def _table(self, table: tuple[str, str]) -> Mapping[str, Any]:
-        found = self.data.get(table[0], {}).get(table[1], {})
+    def _table(self, table: tuple[str, ...]) -> Mapping[str, Any]:
+        found: Any = self.data
+        for name in table:
+            found = found.get(name, {}) if isinstance(found, dict) else {}
         return found if isinstance(found, dict) else {}
 
     def spelt(self, parameter: Parameter) -> tuple[str, float]:
@@ -99,7 +108,7 @@ class PenText:
         """
         lines, old = list(self.lines), OLD_KEY in self.data
         said = {} if old else self.data.get(MOTION, {})
-        changed = {parameter.table[1] for parameter in values if parameter.table[0] == MOTION}
+        changed = {p.table[1] for p in values if p.table[:1] == (MOTION,)}
         unsaid = [
             part
             for part in type(pen.motion).model_fields
@@ -112,7 +121,7 @@ class PenText:
             key, factor = self.spelt(parameter)
             number = _rounded(value, factor)
             keys.append((".".join((*parameter.table, key)), number))
-            if parameter.table[0] != MOTION or parameter.table[1] not in unsaid:
+            if parameter.table[:1] != (MOTION,) or parameter.table[1] not in unsaid:
                 lines = _with_number(lines, parameter, key, number)
         for part in unsaid:
             lines += _motion_lines(pen, part)
@@ -159,7 +168,7 @@ def _rounded(value: Any, factor: float) -> Any:
 
 def _rounded_entry(entry: Any, factor: float) -> Any:
     if isinstance(entry, tuple):
-        return tuple(_rounded_entry(each, factor) for each in entry)
+        return tuple(rounded(each / factor, DIGITS_OF_ROWS) for each in entry)
     return rounded(entry / factor, DIGITS_OF_ENTRIES)
 
 
@@ -185,8 +194,8 @@ def _close(a: Any, b: Any) -> bool:
 
 
 def _section(lines: Sequence[str], name: str) -> tuple[int, int] | None:
-    """Return the lines (from, to) behind a table's header, up to the next one."""
-    start = None
+    """Return the lines (from, to) behind a table's header, up to the next one; "" is on top."""
+    start = None if name else 0
     for number, line in enumerate(lines):
         if (header := _HEADER.fullmatch(line)) or line.lstrip().startswith("[["):
             if start is not None:
