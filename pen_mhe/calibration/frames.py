@@ -6,7 +6,7 @@ each rate, from what was before it and without the m - 1 frames in between.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +16,11 @@ from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
 from models.state_space import StateSpaceModel
+from pen_mhe.tuning.frames import frame_choices
 from pen_mhe.tuning.parts import SETTLING_S
 
-RATES_HZ = (10.0, 5.0, 3.0)
-"""At a higher one frames predict each other, at a lower one nothing predicts them."""
-FEWEST_FRAMES = 60
+SHORTEST_S, FEWEST_FRAMES = 16.0, 60
+"""Of what counts: deviations are told by how parts of a recording differ."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +70,13 @@ class Frames:
         frames, others = np.where(seen, y, np.nan), np.where(seen, np.nan, y)
         has_frame, has_other = (~np.isnan(part).all(axis=1) for part in (frames, others))
         found = cls(time_s[has_frame], frames[has_frame], time_s[has_other], others[has_other])
-        if found.count < FEWEST_FRAMES:
+        count = found.count
+        lasts_s = float(found.frame_s[-1] - found.starts_s) if count else 0.0
+        if count < FEWEST_FRAMES or lasts_s < SHORTEST_S:
             raise InputError(
-                f"recording {recording.name} has {found.count} frames after its first "
-                f"{SETTLING_S:g} s, expected at least {FEWEST_FRAMES} to calibrate by"
+                f"recording {recording.name} has {count} frames in {lasts_s:.3g} s after its first "
+                f"{SETTLING_S:g} s, expected at least {FEWEST_FRAMES} in {SHORTEST_S:g} s to "
+                "calibrate by"
             )
         return found
 
@@ -90,11 +93,9 @@ class Frames:
         return int((self.frame_s > self.starts_s).sum())
 
     @property
-    def choices(self) -> dict[int, float]:
+    def choices(self) -> Mapping[int, float]:
         """Every how many frames one is taken → the rate, Hz, that this makes."""
-        rate_hz = 1 / float(np.median(np.diff(self.frame_s)))
-        every = (max(1, round(rate_hz / rate)) for rate in RATES_HZ)
-        return {m: rate_hz / m for m in every}
+        return frame_choices(self.frame_s)
 
     def passes(self, offset_s: float) -> Iterator[FramePass]:
         """Yield every rate and phase, the frames captured some time after their stamps."""

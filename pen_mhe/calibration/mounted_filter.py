@@ -112,15 +112,25 @@ class MountedFilter:
         """(n_r,) of the residual."""
         return np.concatenate([np.full(s.n_r, s.sees_pose) for s in self.base.sensors])
 
-    def told(self, values: Array, time_s: Array, y: Array, frames: NDArray[np.int_]) -> Told:
+    def told(
+        self,
+        values: Array,
+        time_s: Array,
+        y: Array,
+        frames: NDArray[np.int_],
+        *,
+        rows: NDArray[np.bool_] | None = None,
+    ) -> Told:
         """Return what frames tell with some values (k,) of the numbers.
 
         Parameters
         ----------
         time_s, y : (n,), (n, n_y) stacked readings; an instant with a frame has nothing else
-        frames : (m,) which instants count, the first excluded
+        frames : (m,) which instants count
+        rows : (n_r,) of the residual, whose density is told; None takes the camera's
         """
-        n, p, seen = self.base.n_x, (KNOWN * self.plausible_std) ** 2, self.camera_rows
+        n, p = self.base.n_x, (KNOWN * self.plausible_std) ** 2
+        seen = self.camera_rows if rows is None else rows
         state, kept = self._estimator.init(self._first(values)), []
         before = self._first(values)
         mean, P = before.mean[None, n:], before.covariance[None, n:, n:]

@@ -18,8 +18,9 @@ from models.pen_file import AnyPen, parse_pen, presets
 from models.units import accepted_names, split_unit
 from pen_mhe.tuning.parameters import MOTION, Parameter, rounded
 
-DIGITS, DIGITS_OF_ENTRIES, DIGITS_OF_ROWS = 4, 6, 9
-"""Of a number, of a vector's entries, of a matrix's: a rotation is one to `ROTATION_TOLERANCE`."""
+DIGITS, DIGITS_OF_ENTRIES = 4, 6
+DIGITS_OF: Mapping[str, int] = MappingProxyType({"sensor_to_body": 9})
+"""Field → of its entries: a rotation has to be one to `ROTATION_TOLERANCE`."""
 WRITTEN: Mapping[str, str] = MappingProxyType({"rad": "deg", "s": "ms"})
 """SI unit → the one in which a key is written that the file does not have."""
 _HEADER = re.compile(r"\s*\[([^\[\]]+)\]\s*(?:#.*)?")
@@ -89,7 +90,7 @@ class PenText:
     def written(self, parameter: Parameter, value: Any) -> Any:
         """Return a value (SI) as it will be read from the file: rounded in the file's unit."""
         factor = self.spelt(parameter)[1]
-        return _times(_rounded(value, factor), factor)
+        return _times(_rounded(value, factor, parameter.field), factor)
 
     def replaced(self, values: Mapping[Parameter, Any], pen: PenConfig, note: Sequence[str]) -> str:
         """Return the text with other values (SI), and a note on them above its first key.
@@ -119,7 +120,7 @@ class PenText:
         keys = []
         for parameter, value in values.items():
             key, factor = self.spelt(parameter)
-            number = _rounded(value, factor)
+            number = _rounded(value, factor, parameter.field)
             keys.append((".".join((*parameter.table, key)), number))
             if parameter.table[:1] != (MOTION,) or parameter.table[1] not in unsaid:
                 lines = _with_number(lines, parameter, key, number)
@@ -159,17 +160,16 @@ def write_whole(path: str | Path, text: str) -> None:
         beside.unlink(missing_ok=True)
 
 
-def _rounded(value: Any, factor: float) -> Any:
+def _rounded(value: Any, factor: float, field: str) -> Any:
     """Return an SI value in a unit, rounded: entries of a list need more digits, one being 1."""
+    digits = DIGITS_OF.get(field, DIGITS_OF_ENTRIES) if isinstance(value, tuple) else DIGITS
+    return _with_digits(value, factor, digits)
+
+
+def _with_digits(value: Any, factor: float, digits: int) -> Any:
     if isinstance(value, tuple):
-        return tuple(_rounded_entry(entry, factor) for entry in value)
-    return rounded(value / factor, DIGITS)
-
-
-def _rounded_entry(entry: Any, factor: float) -> Any:
-    if isinstance(entry, tuple):
-        return tuple(rounded(each / factor, DIGITS_OF_ROWS) for each in entry)
-    return rounded(entry / factor, DIGITS_OF_ENTRIES)
+        return tuple(_with_digits(each, factor, digits) for each in value)
+    return rounded(value / factor, digits)
 
 
 def _times(value: Any, factor: float) -> Any:
