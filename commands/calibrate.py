@@ -56,3 +56,28 @@ def still(
         from commands import calibrate_run  # models and tables are slow to import
 
         calibrate_run.run_still(recordings, output, pen, names(sensors), find, read_units(units))
+
+
+@app.command(cls=Command)
+def camera(
+    recording: Annotated[
+        Path, typer.Argument(help="A D-POINT folder, or a .csv or .parquet file.")
+    ],
+    output: Annotated[Path, typer.Option(help="Pen file to write, .toml.")],
+    pen: PenOption,
+    sensors: SensorsOption = None,
+    units: Annotated[
+        str | None,
+        typer.Option(help="Units of a table's columns, e.g. accel=g,gyro=deg_s; SI by default."),
+    ] = None,
+) -> None:
+    """Find delay, turn, lever arm, level and slope from a pen in use before a camera.
+
+    Judges by how well each frame is predicted from what was before it, with
+    frames left out down to 10, 5 and 3 Hz; ink and truth take no part. Writes
+    the pen file anew, with what was found and how sure it is.
+    """
+    with one_sentence(), not_swallowed():
+        from commands import calibrate_run  # models and tables are slow to import
+
+        calibrate_run.run_camera(recording, output, pen, names(sensors), read_units(units))

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+
+from rich.console import Console
 
 from benchmark.console import console, print_table
 from commands.pen_output import prepare_pen_output
+from pen_mhe.calibration.camera import calibrate_camera
+from pen_mhe.calibration.camera_fit import Progress
 from pen_mhe.calibration.still import calibrate_still
 
 
@@ -31,3 +36,48 @@ def run_still(
     for sentence in found.sentences():
         console.print(sentence, markup=False)
     console.print(f"written to {output}", markup=False)
+
+
+def run_camera(
+    recording: Path,
+    output: Path,
+    pen: str,
+    sensors: Sequence[str] | None,
+    units: Mapping[str, str],
+) -> None:
+    """Calibrate on a camera's frames, write the pen file, and say how sure its numbers are."""
+    prepare_pen_output(output, pen)
+    with _working() as on_progress:
+        found = calibrate_camera(
+            recording, pen, sensors=sensors, units=units, on_progress=on_progress
+        )
+    found.write(output)
+    print_table(
+        f"changes of the pen file by {found.frame_count} frames",
+        ["number", "change", "± one deviation", "unit", "first half", "second half"],
+        [
+            [
+                n.name,
+                f"{n.value:+.4g}",
+                f"{n.std:.2g}",
+                n.unit,
+                *(f"{value:+.3g} ± {std:.2g}" for value, std in n.halves),
+            ]
+            for n in found.found
+        ],
+    )
+    console.print()
+    for sentence in found.sentences():
+        console.print(sentence, markup=False)
+    console.print(f"written to {output}", markup=False)
+
+
+@contextmanager
+def _working() -> Iterator[Progress | None]:
+    """Show how far it is on a terminal; nothing in a pipe."""
+    stderr = Console(stderr=True)
+    if not stderr.is_terminal:
+        yield None
+        return
+    with stderr.status("building the filter") as status:
+        yield lambda number, density: status.update(f"round {number}: {density:.5g} nats a frame")

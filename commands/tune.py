@@ -57,8 +57,9 @@ def tune(
     """Fit a pen's noise levels, walks and chains to a recording.
 
     Judges by the likelihood of the EKF's innovations, by how flat the tip
-    stays while it presses, or by elevation in gaps of the camera; ink and
-    truth take no part. Writes the pen file anew, with what set which number.
+    stays while it presses, by elevation in gaps of the camera, or by frames
+    that are withheld; ink and truth take no part. Writes the pen file anew,
+    with what set which number.
     """
     with one_sentence():
         prepare_pen_output(tuned.output, tuned.pen)

@@ -23,19 +23,17 @@ from numpy.typing import NDArray
 from estimation.collect import BATCH_STEPS
 from estimation.covariances import Covariances
 from estimation.estimate import EstimateHistory
-from estimation.outputs import outputs_of
 from models.arrays import Array
 from models.gaussian import GaussianState
-from models.manifold import no_inequality
-from models.outputs import Outputs
 from models.pen import pen_kinematics, pen_model
 from models.pen_config import PenConfig
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
+from pen_mhe.tuning.known_states import known_behind, with_known_states
 from pen_mhe.tuning.parameters import Parameter, parameters_of, with_values
 
-KNOWN_VARIANCE = 1e-12
+KNOWN_STD = 1e-6
 """Of a level: a prior has to be positive definite, and this one has no effect."""
 
 PROBE = 2.0
@@ -125,41 +123,17 @@ class LevelFilter:
         rows = np.unique(self._row_group)
         k = motion + len(walks) + len(rows)
         x, w, dt = ca.SX.sym("x", n + k), ca.SX.sym("w", base.n_w), ca.SX.sym("dt")
-        delta, other = ca.SX.sym("delta", n + k), ca.SX.sym("other", n + k)
         walk = x[n + motion + np.searchsorted(walks, self._walk_group)]
         row = x[n + motion + len(walks) + np.searchsorted(rows, self._row_group)]
         moved = self._moved(x[:n], w, dt, dict(zip(self._chain, ca.vertsplit(x)[n:], strict=False)))
         biases = n - walk.numel()
         moved[biases:] = x[biases:n] + walk * ca.sqrt(dt) * w[biases:]
-        still = ca.SX.zeros(k)
-        nothing = {"symmetries": (), "conditions": None, "tangent": None}
-        outputs = outputs_of(base)
-        names = tuple(f"level_{i}" for i in range(k))
-        return base.replace(
-            name=f"{base.name}, levels as states",
-            state_names=base.state_names + names,
-            state_units=base.state_units + ("",) * k,
+        return with_known_states(
+            base,
+            tuple(f"level_{i}" for i in range(k)),
             f=ca.Function("f", [x, w, dt], [ca.vertcat(moved, x[n:])]),
             sensors=self._in_levels(x, row),
             prior=self._first(self.base),
-            retract=ca.Function(
-                "retract", [x, delta], [ca.vertcat(base.retract(x[:n], delta[:n]), x[n:])]
-            ),
-            difference=ca.Function(
-                "difference", [x, other], [ca.vertcat(base.difference(x[:n], other[:n]), still)]
-            ),
-            lower=np.full(n + k, -np.inf),
-            upper=np.full(n + k, np.inf),
-            inequality=no_inequality(n + k),
-            regularity=ca.Function("regularity", [x], [base.regularity(x[:n])]),
-            reach=None if base.reach is None else np.concatenate([base.reach, np.full(k, np.inf)]),
-            outputs=Outputs(
-                outputs.names,
-                outputs.units,
-                ca.Function("outputs", [x], [outputs.function(x[:n])]),
-                outputs.wrapped,
-            ),
-            **nothing,
         )
 
     def _moved(self, x: ca.SX, w: ca.SX, dt: ca.SX, motion: Mapping[Parameter, Any]) -> ca.SX:
@@ -190,10 +164,9 @@ class LevelFilter:
 
     def _first(self, levels: Levels) -> GaussianState:
         """Return the prior of a choice, its levels behind its states."""
-        values, prior = self._level_values(levels), levels.model.prior
-        covariance = KNOWN_VARIANCE * np.eye(self._n + len(values))
-        covariance[: self._n, : self._n] = prior.covariance
-        return GaussianState(np.concatenate([prior.mean, values]), covariance)
+        values = self._level_values(levels)
+        known = np.full(len(values), KNOWN_STD)
+        return known_behind(levels.model.prior, values, known)
 
     @cached_property
     def _estimator(self) -> Any:

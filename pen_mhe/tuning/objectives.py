@@ -1,8 +1,8 @@
 """What noise levels are judged by, a row of `OBJECTIVES` each: smaller is better.
 
 No one of them is right for all: the likelihood trusts a camera more than it deserves, because
-errors that stay for many frames look like motion; flatness does not see how a hand moves; gaps
-do not see how the pen turns, which the gyroscope does.
+errors that stay for many frames look like motion, and so do withheld frames; flatness does not see
+how a hand moves; gaps do not see how the pen turns, which the gyroscope does.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from pen_mhe.tuning.flatness import by_flatness
+from pen_mhe.tuning.frames import by_frames
 from pen_mhe.tuning.gaps import by_gaps
 from pen_mhe.tuning.likelihood import by_innovations
 from pen_mhe.tuning.parameters import Parameter
@@ -59,6 +60,12 @@ OBJECTIVES: Mapping[str, Objective] = MappingProxyType(
             "nats per frame",
             "2 nats a gap",
             lambda parameter: parameter.table == ("motion", "tip"),
+        ),
+        "frames": Objective(
+            by_frames,
+            "nats per frame",
+            "2 nats a choice of frames",
+            lambda parameter: not parameter.sees_pose,
         ),
     }
 )

@@ -39,14 +39,14 @@ class Parameter:
     Parameters
     ----------
     role : ``noise``, ``walk`` or ``chain``
-    table : where it stands: ``("sensors", "accel")``, ``("motion", "tip")``
+    table : where it stands: ``("sensors", "accel")``, ``("motion", "tip")``; ``()`` on top
     field : its key in SI
     sees_pose : whether it is a noise of a sensor that does, see
         `models.sensor_kinds.mounted.SensorBase`
     """
 
     role: str
-    table: tuple[str, str]
+    table: tuple[str, ...]
     field: str
     sees_pose: bool = False
 
@@ -75,7 +75,9 @@ class Parameter:
         return is_whole or f"{self.key}_".startswith((f"{text}.", f"{text}_"))
 
 
-def _table(pen: PenConfig, table: tuple[str, str]) -> UnitConfig:
+def _table(pen: PenConfig, table: tuple[str, ...]) -> UnitConfig:
+    if not table:
+        return pen
     top, name = table
     found: Any = getattr(pen, top)
     return found[name] if top == SENSORS else getattr(found, name)
@@ -123,6 +125,9 @@ def chosen_parameters(
 def with_values(pen: PenConfig, values: Mapping[Parameter, Any]) -> PenConfig:
     """Return a pen with other values, SI, which are not checked: they may be symbols."""
     for parameter, value in values.items():
+        if not parameter.table:
+            pen = pen.model_copy(update={parameter.field: value})
+            continue
         top, name = parameter.table
         changed = _table(pen, parameter.table).model_copy(update={parameter.field: value})
         whole: Any = getattr(pen, top)

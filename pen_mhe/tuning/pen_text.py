@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from models.bundled import bundled_pens
@@ -14,10 +15,14 @@ from models.errors import InputError
 from models.motion import OLD_KEY
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, parse_pen, presets
-from models.units import accepted_names
+from models.units import accepted_names, split_unit
 from pen_mhe.tuning.parameters import MOTION, Parameter, rounded
 
 DIGITS, DIGITS_OF_ENTRIES = 4, 6
+DIGITS_OF: Mapping[str, int] = MappingProxyType({"sensor_to_body": 9})
+"""Field → of its entries: a rotation has to be one to `ROTATION_TOLERANCE`."""
+WRITTEN: Mapping[str, str] = MappingProxyType({"rad": "deg", "s": "ms"})
+"""SI unit → the one in which a key is written that the file does not have."""
 _HEADER = re.compile(r"\s*\[([^\[\]]+)\]\s*(?:#.*)?")
 _NUMBER = re.compile(r"(\s*)([\w-]+)(\s*=\s*)(\[[^#]*\]|[^#\s]+)(.*)", re.DOTALL)
 _NOTE = "#   {} = "
@@ -31,11 +36,14 @@ def _toml_number(value: Any) -> str:
 
 
 def spelling(parameter: Parameter, table: Mapping[str, Any]) -> tuple[str, float]:
-    """Return the key that a file has for a parameter, and its factor to SI; else the SI key."""
-    for key, factor in accepted_names(parameter.field).items():
+    """Return the key that a file has for a parameter, and its factor to SI; else a usual one."""
+    accepted = accepted_names(parameter.field)
+    for key, factor in accepted.items():
         if key in table:
             return key, factor
-    return parameter.field, 1.0
+    stem, unit = split_unit(parameter.field)
+    key = f"{stem}_{WRITTEN[unit]}" if unit in WRITTEN else parameter.field
+    return key, accepted[key]
 
 
 class PenText:
@@ -62,8 +70,10 @@ class PenText:
             path = bundled_pens()[str(pen)]
         return cls(path.read_text("utf-8"), f"pen file {pen}")
 
-    def _table(self, table: tuple[str, str]) -> Mapping[str, Any]:
-        found = self.data.get(table[0], {}).get(table[1], {})
+    def _table(self, table: tuple[str, ...]) -> Mapping[str, Any]:
+        found: Any = self.data
+        for name in table:
+            found = found.get(name, {}) if isinstance(found, dict) else {}
         return found if isinstance(found, dict) else {}
 
     def spelt(self, parameter: Parameter) -> tuple[str, float]:
@@ -80,7 +90,7 @@ class PenText:
     def written(self, parameter: Parameter, value: Any) -> Any:
         """Return a value (SI) as it will be read from the file: rounded in the file's unit."""
         factor = self.spelt(parameter)[1]
-        return _times(_rounded(value, factor), factor)
+        return _times(_rounded(value, factor, parameter.field), factor)
 
     def replaced(self, values: Mapping[Parameter, Any], pen: PenConfig, note: Sequence[str]) -> str:
         """Return the text with other values (SI), and a note on them above its first key.
@@ -99,7 +109,7 @@ class PenText:
         """
         lines, old = list(self.lines), OLD_KEY in self.data
         said = {} if old else self.data.get(MOTION, {})
-        changed = {parameter.table[1] for parameter in values if parameter.table[0] == MOTION}
+        changed = {p.table[1] for p in values if p.table[:1] == (MOTION,)}
         unsaid = [
             part
             for part in type(pen.motion).model_fields
@@ -110,9 +120,9 @@ class PenText:
         keys = []
         for parameter, value in values.items():
             key, factor = self.spelt(parameter)
-            number = _rounded(value, factor)
+            number = _rounded(value, factor, parameter.field)
             keys.append((".".join((*parameter.table, key)), number))
-            if parameter.table[0] != MOTION or parameter.table[1] not in unsaid:
+            if parameter.table[:1] != (MOTION,) or parameter.table[1] not in unsaid:
                 lines = _with_number(lines, parameter, key, number)
         for part in unsaid:
             lines += _motion_lines(pen, part)
@@ -150,17 +160,16 @@ def write_whole(path: str | Path, text: str) -> None:
         beside.unlink(missing_ok=True)
 
 
-def _rounded(value: Any, factor: float) -> Any:
+def _rounded(value: Any, factor: float, field: str) -> Any:
     """Return an SI value in a unit, rounded: entries of a list need more digits, one being 1."""
+    digits = DIGITS_OF.get(field, DIGITS_OF_ENTRIES) if isinstance(value, tuple) else DIGITS
+    return _with_digits(value, factor, digits)
+
+
+def _with_digits(value: Any, factor: float, digits: int) -> Any:
     if isinstance(value, tuple):
-        return tuple(_rounded_entry(entry, factor) for entry in value)
-    return rounded(value / factor, DIGITS)
-
-
-def _rounded_entry(entry: Any, factor: float) -> Any:
-    if isinstance(entry, tuple):
-        return tuple(_rounded_entry(each, factor) for each in entry)
-    return rounded(entry / factor, DIGITS_OF_ENTRIES)
+        return tuple(_with_digits(each, factor, digits) for each in value)
+    return rounded(value / factor, digits)
 
 
 def _times(value: Any, factor: float) -> Any:
@@ -185,8 +194,8 @@ def _close(a: Any, b: Any) -> bool:
 
 
 def _section(lines: Sequence[str], name: str) -> tuple[int, int] | None:
-    """Return the lines (from, to) behind a table's header, up to the next one."""
-    start = None
+    """Return the lines (from, to) behind a table's header, up to the next one; "" is on top."""
+    start = None if name else 0
     for number, line in enumerate(lines):
         if (header := _HEADER.fullmatch(line)) or line.lstrip().startswith("[["):
             if start is not None:

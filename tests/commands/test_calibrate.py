@@ -14,6 +14,7 @@ from commands.cli import app
 from models.bundled import bundled_pens
 from pen_mhe.calibration import still
 from recordings.formats.tables import recording_to_table, write_table
+from tests.pen_mhe.calibration.mounted import mounted
 from tests.pen_mhe.calibration.poses import TWENTY, Array, board
 
 Written = Callable[[str, Array], Path]
@@ -107,6 +108,44 @@ def test_a_hand_that_writes_is_refused(pen: Path, tmp_path: Path) -> None:
     assert "moving.csv is never still" in result.stderr
 
 
+@pytest.fixture
+def dpoint(tmp_path: Path) -> Path:
+    path = tmp_path / "mine.toml"
+    path.write_text(bundled_pens()["dpoint"].read_text("utf-8"), "utf-8")
+    return path
+
+
+def test_a_camera_writes_a_pen_file_and_says_how_sure_it_is(dpoint: Path, tmp_path: Path) -> None:
+    recording = mounted(3, 20.0).recording
+    write_table(recording_to_table(recording, pm.load_pen(dpoint)), tmp_path / "written.csv")
+    words = ("camera", tmp_path / "written.csv", "--pen", dpoint)
+    result = run(*words, "--output", tmp_path / "new.toml")
+    assert result.exit_code == 0, result.output
+    assert result.stderr == ""
+    assert "| turn x | " in result.stdout
+    assert "the camera's stamps are " in result.stdout
+    text = (tmp_path / "new.toml").read_text("utf-8")
+    assert "# a camera's frames set these numbers" in text
+    assert "#   turn x: " in text
+    told, was = pm.load_pen(tmp_path / "new.toml"), pm.load_pen(dpoint)
+    assert told.level_rad != was.level_rad
+    assert "\nlevel_deg = [" in text
+    for name in ("accel", "gyro"):
+        assert told.sensors[name].sensor_to_body != was.sensors[name].sensor_to_body  # type: ignore[attr-defined]
+    assert told.sensors["camera"] == was.sensors["camera"]
+
+
+def test_a_recording_without_a_camera_is_refused(dpoint: Path, tmp_path: Path) -> None:
+    recording = pm.simulate("dpoint", ["accel", "gyro"], duration_s=1.0)
+    write_table(recording_to_table(recording, pm.load_pen(dpoint)), tmp_path / "blind.csv")
+    words = ("camera", tmp_path / "blind.csv", "--pen", dpoint)
+    result = run(*words, "--output", tmp_path / "new.toml")
+    assert result.exit_code == 2
+    assert "has no pose_camera, expected one to calibrate by" in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert not (tmp_path / "new.toml").exists()
+
+
 def test_the_pen_file_is_no_output(written: Written, pen: Path) -> None:
     before = pen.read_text("utf-8")
     result = run("still", written("a.csv", TWENTY), "--pen", pen, "--output", pen)
@@ -117,7 +156,8 @@ def test_the_pen_file_is_no_output(written: Written, pen: Path) -> None:
 
 def test_its_commands_are_named_and_helped_with() -> None:
     assert (
-        "command stil is unknown, expected one of still; did you mean still?" in run("stil").stderr
+        "command stil is unknown, expected one of still, camera; did you mean still?"
+        in run("stil").stderr
     )
     assert "still" in run("--help").stdout
     printed = run("still", "--help").stdout

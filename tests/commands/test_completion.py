@@ -49,7 +49,7 @@ MOTIONS = ["turn", "still", "upright", "loops", "yong", "handwriting", "model"]
         ("observe --pen nowhere --sensors ", []),
         ("simulate --motion ", MOTIONS),
         ("calibrate still --pen ", ["dpoint", "reference"]),
-        ("calibrate ", ["still"]),
+        ("calibrate ", ["still", "camera"]),
         ("benchmark pen s", ["speed"]),
         ("estim", ["estimate"]),
     ],

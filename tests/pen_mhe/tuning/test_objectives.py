@@ -146,6 +146,46 @@ def test_flatness_is_judged_with_fewer_frames_too(recording: pm.Recording) -> No
     assert score.loss == pytest.approx(0.01 * score.value)
 
 
+def test_each_frame_is_predicted_without_those_before_it(recording: pm.Recording) -> None:
+    pen = bounded_pen()
+    model = pm.pen_model(pen, SENSORS)
+    part = ScoredPart.of(recording, "all", pen=pen, model=model)
+    given: list[np.ndarray] = []
+    std = np.array([0.5] * 12)
+
+    class Off:
+        """Innovations of one deviation where there is a reading."""
+
+        def __init__(self, y: np.ndarray) -> None:
+            self.innovation = np.where(np.isnan(y[:, :12]), np.nan, std)
+            self.innovation_covariance = np.broadcast_to(np.diag(std**2), (len(y), 12, 12))
+
+        def between(self, _: float) -> Off:
+            return self
+
+    def spy(pen: Any, time_s: np.ndarray, y: np.ndarray, **_: Any) -> Any:
+        given.append(y)
+        return Off(y)
+
+    score = OBJECTIVES["frames"].judge(part)(spy, pen)
+    time_s, whole = part.stacked
+    at = np.flatnonzero(np.isfinite(whole[:, 6]))
+    kept = [np.flatnonzero(np.isfinite(y[at, 6])) for y in given]
+    assert [int(np.diff(each)[0]) for each in kept] == [3, 3, 3, 6, 6, 6, 10, 10, 10]
+    assert [int(each[0]) for each in kept] == [0, 1, 2, 0, 2, 4, 0, 3, 6]
+    for y in given:
+        np.testing.assert_array_equal(y[:, :6], whole[:, :6])
+    # Frames only: the other six rows are off as much, and do not count.
+    expected = -6 * (0.5 + math.log(0.5) + 0.5 * math.log(2 * math.pi))
+    assert score.value == pytest.approx(-expected)
+    assert set(score.figures) == {f"nats a frame, {rate} Hz" for rate in ("10", "5", "3")}
+    counted = (time_s[at] > part.counts_from_s).sum()
+    assert score.loss == pytest.approx(2.0 / (counted * (1 / 3 + 1 / 6 + 1 / 10) / 3))
+    proposed = {p for p in LevelFilter(pen, SENSORS).parameters if OBJECTIVES["frames"].proposes(p)}
+    assert proposed
+    assert not any(parameter.sees_pose for parameter in proposed)
+
+
 def test_a_part_ends_where_the_other_is_scored(recording: pm.Recording) -> None:
     pen = bounded_pen()
     model = pm.pen_model(pen, SENSORS)
@@ -176,6 +216,14 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "camera alone": (
         {"objective": "without-camera", "sensors": ["camera"]},
         "no other sensor is left",
+    ),
+    "no frame": (
+        {"objective": "frames", "sensors": ["accel", "gyro"]},
+        "objective frames: expected one camera",
+    ),
+    "frames alone": (
+        {"objective": "frames", "sensors": ["camera"]},
+        "objective frames: no other sensor is left",
     ),
     "contact": (
         {"objective": "flatness", "sensors": [*SENSORS, "contact"]},

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import difflib
 import tomllib
+from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import pen_mhe as pm
 from models.bundled import bundled_pens
@@ -128,3 +131,28 @@ def test_lists_are_replaced_and_added() -> None:
         "+ bias_mg = [10.0, 0.0, -2.0] # old",
         "+ sensitivity = [[1.00123, 0.0, -1.23457e-05], [0.0, 0.99, 0.0], [0.0, 0.0, 1.0]]",
     ]
+
+
+def test_keys_on_top_and_matrices_are_written_too(tmp_path: Path) -> None:
+    text = bundled_pens()["dpoint"].read_text("utf-8")
+    pen, written = pm.load_pen("dpoint"), PenText(text, "pen file dpoint")
+    turned = Rotation.from_rotvec([0.01, -0.02, 0.03]).as_matrix()
+    values = {
+        Parameter("mounting", (), "level_rad"): (0.01, -0.002),
+        Parameter("mounting", (), "gravity_m_s2"): 9.81,
+        Parameter("mounting", ("sensors", "gyro"), "sensor_to_body"): tuple(
+            map(tuple, turned.tolist())
+        ),
+        Parameter("mounting", ("sensors", "camera"), "delay_s"): 0.0471234,
+    }
+    values = {p: written.written(p, value) for p, value in values.items()}
+    new = written.replaced(values, with_values(pen, values), ["set by hand:"])
+    (tmp_path / "new.toml").write_text(new, "utf-8")
+    told = pm.load_pen(tmp_path / "new.toml")
+    np.testing.assert_allclose(told.level_rad, [0.01, -0.002], rtol=1e-5)
+    assert told.gravity_m_s2 == 9.81
+    assert told.sensors["camera"].delay_s == pytest.approx(0.04712)
+    np.testing.assert_allclose(told.sensors["gyro"].sensor_to_body, turned, atol=1e-8)  # type: ignore[attr-defined]
+    above = new[: new.index("[motion.tip]")]
+    assert "\nlevel_deg = [0.572958, -0.114592]\n" in above
+    assert "\ndelay_ms = 47.12\n" in new
