@@ -16,7 +16,7 @@ from pen_mhe.estimators import settings_read
 from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE, read_dpoint
 from recordings.read import read_written
 from recordings.thinning import CameraThinning
-from suites.real.dpoint_run import RATES
+from suites.real.cases import BEST, CAUSAL
 from suites.real.suite import SUITE as REAL
 
 EKF_LIMIT_MM = 0.17
@@ -81,20 +81,20 @@ def test_mhe_on_ten_seconds(dpoint_folder: Path, rate_hz: float) -> None:
 @pytest.mark.slow
 def test_mhe_over_all_phases(dpoint_folder: Path) -> None:
     """As the suite runs it: nowhere further from the ink than the EKF, and solved."""
-    scope = Scope(seeds=10, data=str(dpoint_folder.parent))
+    scope = Scope(seeds=40, data=str(dpoint_folder.parent))
     ink: dict[tuple[str, str], list[float]] = {}
     for task in REAL.tasks(scope):
-        if task.sensors == "accel+gyro+camera" and task.estimator in ("ekf", "mhe"):
+        if task.case in CAUSAL and task.sensors == BEST and task.estimator in ("ekf", "mhe"):
             outcome = REAL.run(task, scope)
             assert outcome.solved_fraction >= 0.99, task.key
             (found,) = [q.bias for q in outcome.quantities if q.name == "ink"]
             ink.setdefault((task.case, task.estimator), []).append(found)
-    assert {case: len(ink[case, "mhe"]) for case in RATES} == {
-        case: 30 // rate for case, rate in RATES.items()
+    assert {case: len(ink[case, "mhe"]) for case in CAUSAL} == {
+        case: 30 // row.rate_hz for case, row in CAUSAL.items()
     }
-    for case in RATES:
+    for case in CAUSAL:
         assert np.mean(ink[case, "mhe"]) <= np.mean(ink[case, "ekf"]) + MHE_MARGIN_MM, case
-    assert ink["camera at 30 Hz", "ekf"][0] <= EKF_LIMIT_MM
+    assert ink["causal, 30 Hz", "ekf"][0] <= EKF_LIMIT_MM
 
 
 def test_a_broken_scan_is_refused_before_the_run(dpoint_folder: Path, tmp_path: Path) -> None:
