@@ -10,14 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from models.arrays import Array
 from models.pen_config import PenConfig
-from pen_mhe.calibration.mounting import HEIGHT, LEVEL, LEVER, OFFSET, SLOPE, TURN, Quantity
+from pen_mhe.calibration.mounting import HEIGHT, LEVEL, LEVER, OFFSET, SLOPE, TURN, MountingQuantity
 from pen_mhe.tuning.parameters import SENSORS, Parameter
 
 ROLE = "mounting"
 
 
 def new_values(
-    pen: PenConfig, sensors: Sequence[str], changes: Mapping[Quantity, Array]
+    pen: PenConfig, sensors: Sequence[str], changes: Mapping[MountingQuantity, Array]
 ) -> dict[Parameter, Any]:
     """Return what the keys of a pen file become, SI.
 
