@@ -68,9 +68,9 @@ def calibrate_camera(
     used = _used(config, recording, sensors)
     filtered = MountedFilter(config, used)
     frames = Frames.of(recording, filtered.base)
-    everything = np.ones(len(filtered.numbers), dtype=bool)
+    free = np.ones(len(filtered.numbers), dtype=bool)
     before = gathered(filtered, frames, np.zeros(len(filtered.numbers)))
-    whole, after = fitted(filtered, frames, everything, on_progress=on_progress)
+    whole, after = fitted(filtered, frames, before, free=free, on_progress=on_progress)
     fit, kept = whole, worth_taking(after, filtered.numbers, whole.told)
     if not kept.any():
         raise InputError(
@@ -78,7 +78,7 @@ def calibrate_camera(
             f"{config.name} does, expected a longer recording, or nothing to be found"
         )
     if (kept != whole.told).any():
-        fit, after = fitted(filtered, frames, kept, on_progress=on_progress)
+        fit, after = fitted(filtered, frames, before, free=kept, on_progress=on_progress)
     fixed = {HEIGHT, OFFSET} - _followed(path, recording, config, used, units)
     changes = {q: v for q, v in _changes(filtered, fit).items() if q not in fixed}
     values = new_values(config, used, changes)

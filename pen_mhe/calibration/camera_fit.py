@@ -147,14 +147,16 @@ def solved(evidence: FrameEvidence, told: NDArray[np.bool_]) -> Fit:
 def fitted(
     filtered: MountedFilter,
     frames: Frames,
-    free: NDArray[np.bool_],
+    start: FrameEvidence,
     *,
+    free: NDArray[np.bool_],
     on_progress: Progress | None = None,
 ) -> tuple[Fit, FrameEvidence]:
     """Return the numbers, and what passes tell with them.
 
     Parameters
     ----------
+    start : what passes tell before, from where it begins
     free : (k,) which may change
     on_progress : called with the number of the round and the mean log density of a frame
 
@@ -163,7 +165,7 @@ def fitted(
     InputError
         If the filter breaks down, frames tell nothing, or the numbers do not settle.
     """
-    evidence = gathered(filtered, frames, np.zeros(len(filtered.numbers)))
+    evidence = start
     told = free & told_by(evidence, filtered.plausible_std)
     for number in range(1, ROUNDS + 1):
         if on_progress:

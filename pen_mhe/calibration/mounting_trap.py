@@ -102,7 +102,8 @@ def main(folder: str) -> None:
     filtered = MountedFilter(pen, SENSORS)
     frames, k = Frames.of(written.recording, filtered.base), len(filtered.numbers)
     start = np.zeros(k)
-    fit, _ = fitted(filtered, frames, np.ones(k, dtype=bool))
+    before = gathered(filtered, frames, start)
+    fit, _ = fitted(filtered, frames, before, free=np.ones(k, dtype=bool))
     rows = {
         "pen file": start,
         "frames only": fit.values,
