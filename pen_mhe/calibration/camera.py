@@ -19,12 +19,12 @@ from models.errors import InputError
 from models.names import several, unknown
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
-from pen_mhe.calibration.camera_fit import Evidence, Fit, Progress, fitted, gathered, solved
+from pen_mhe.calibration.camera_fit import Fit, FrameEvidence, Progress, fitted, gathered, solved
 from pen_mhe.calibration.camera_result import CameraCalibration, RateScore
 from pen_mhe.calibration.frames import Frames
 from pen_mhe.calibration.halves import in_halves, worth_taking
 from pen_mhe.calibration.mounted_filter import MountedFilter
-from pen_mhe.calibration.mounting import HEIGHT, OFFSET, Quantity
+from pen_mhe.calibration.mounting import HEIGHT, OFFSET, MountingQuantity
 from pen_mhe.calibration.mounting_keys import new_values
 from pen_mhe.tuning.parameters import with_values
 from pen_mhe.tuning.pen_text import PenText
@@ -68,9 +68,9 @@ def calibrate_camera(
     used = _used(config, recording, sensors)
     filtered = MountedFilter(config, used)
     frames = Frames.of(recording, filtered.base)
-    everything = np.ones(len(filtered.numbers), dtype=bool)
+    free = np.ones(len(filtered.numbers), dtype=bool)
     before = gathered(filtered, frames, np.zeros(len(filtered.numbers)))
-    whole, after = fitted(filtered, frames, everything, on_progress)
+    whole, after = fitted(filtered, frames, before, free=free, on_progress=on_progress)
     fit, kept = whole, worth_taking(after, filtered.numbers, whole.told)
     if not kept.any():
         raise InputError(
@@ -78,7 +78,7 @@ def calibrate_camera(
             f"{config.name} does, expected a longer recording, or nothing to be found"
         )
     if (kept != whole.told).any():
-        fit, after = fitted(filtered, frames, kept, on_progress)
+        fit, after = fitted(filtered, frames, before, free=kept, on_progress=on_progress)
     fixed = {HEIGHT, OFFSET} - _followed(path, recording, config, used, units)
     changes = {q: v for q, v in _changes(filtered, fit).items() if q not in fixed}
     values = new_values(config, used, changes)
@@ -131,7 +131,7 @@ def _used(
     return tuple(names)
 
 
-def _changes(filtered: MountedFilter, fit: Fit) -> dict[Quantity, Array]:
+def _changes(filtered: MountedFilter, fit: Fit) -> dict[MountingQuantity, Array]:
     """Return quantity → its numbers, of those of which any is told."""
     found = {}
     for quantity in dict.fromkeys(n.quantity for n in filtered.numbers):
@@ -147,7 +147,7 @@ def _followed(
     pen: PenConfig,
     used: Sequence[str],
     units: Mapping[str, str] | None,
-) -> set[Quantity]:
+) -> set[MountingQuantity]:
     """Return which of delay and height a file's readings are made with, so that its pen has them.
 
     Stamps of capture, and heights that were recorded, are the recording's own.
@@ -169,7 +169,7 @@ def _followed(
 
 
 def _scores(
-    frames: Frames, before: Evidence, after: Evidence, others: Sequence[Evidence]
+    frames: Frames, before: FrameEvidence, after: FrameEvidence, others: Sequence[FrameEvidence]
 ) -> tuple[RateScore, ...]:
     """Return a score per rate: mean log density of a frame before, after, by the other half.
 
@@ -179,7 +179,7 @@ def _scores(
     """
     second, first = (in_halves(each)[1 - i] for i, each in enumerate(others))
 
-    def mean(every: int, *parts: Evidence) -> float:
+    def mean(every: int, *parts: FrameEvidence) -> float:
         return float(np.concatenate([p.log_density[p.every == every] for p in parts]).mean())
 
     return tuple(

@@ -42,7 +42,7 @@ Progress = Callable[[int, float], None]
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class FrameEvidence:
     """What all passes tell at some numbers (k,): a row per frame of a pass.
 
     Parameters
@@ -59,14 +59,14 @@ class Evidence:
     score: Array
     information: Array
 
-    def rows(self, kept: NDArray[np.bool_]) -> Evidence:
+    def rows(self, kept: NDArray[np.bool_]) -> FrameEvidence:
         """Return some of its rows."""
         parts = {
             f.name: getattr(self, f.name)[kept]
             for f in dataclasses.fields(self)
             if f.name != "values"
         }
-        return Evidence(self.values, **parts)
+        return FrameEvidence(self.values, **parts)
 
     @property
     def counted_once(self) -> float:
@@ -90,7 +90,7 @@ class Fit:
     told: NDArray[np.bool_]
 
 
-def gathered(filtered: MountedFilter, frames: Frames, values: Array) -> Evidence:
+def gathered(filtered: MountedFilter, frames: Frames, values: Array) -> FrameEvidence:
     """Return what all passes tell; `InputError` where the filter breaks down."""
     is_offset = np.array([n.quantity is OFFSET for n in filtered.numbers])
     own = np.where(is_offset, 0.0, values)  # the stamps have it
@@ -99,7 +99,7 @@ def gathered(filtered: MountedFilter, frames: Frames, values: Array) -> Evidence
         told = filtered.told(own, each.time_s, each.y, each.frames)
         every = np.full(len(each.frames), each.every)
         parts.append((every, told.time_s, told.log_density, told.score, told.information))
-    found = Evidence(values, *map(np.concatenate, zip(*parts, strict=True)))
+    found = FrameEvidence(values, *map(np.concatenate, zip(*parts, strict=True)))
     if not (np.isfinite(found.score).all() and np.isfinite(found.log_density).all()):
         raise InputError(
             f"pen {filtered.pen.name}: its filter breaks down on this recording, expected noise "
@@ -108,7 +108,7 @@ def gathered(filtered: MountedFilter, frames: Frames, values: Array) -> Evidence
     return found
 
 
-def told_by(evidence: Evidence, plausible_std: Array) -> NDArray[np.bool_]:
+def told_by(evidence: FrameEvidence, plausible_std: Array) -> NDArray[np.bool_]:
     """Return which numbers (k,) are told: the least told are left out one by one."""
     once = evidence.information.sum(axis=0) / evidence.counted_once
     told = np.ones(len(plausible_std), dtype=bool)
@@ -121,7 +121,7 @@ def told_by(evidence: Evidence, plausible_std: Array) -> NDArray[np.bool_]:
     return told
 
 
-def solved(evidence: Evidence, told: NDArray[np.bool_]) -> Fit:
+def solved(evidence: FrameEvidence, told: NDArray[np.bool_]) -> Fit:
     """Return the numbers one step from those of some evidence, and how sure they are."""
     at = np.flatnonzero(told)
     score, H = evidence.score[:, at], evidence.information[:, at][:, :, at]
@@ -147,13 +147,16 @@ def solved(evidence: Evidence, told: NDArray[np.bool_]) -> Fit:
 def fitted(
     filtered: MountedFilter,
     frames: Frames,
+    start: FrameEvidence,
+    *,
     free: NDArray[np.bool_],
     on_progress: Progress | None = None,
-) -> tuple[Fit, Evidence]:
+) -> tuple[Fit, FrameEvidence]:
     """Return the numbers, and what passes tell with them.
 
     Parameters
     ----------
+    start : what passes tell before, from where it begins
     free : (k,) which may change
     on_progress : called with the number of the round and the mean log density of a frame
 
@@ -162,7 +165,7 @@ def fitted(
     InputError
         If the filter breaks down, frames tell nothing, or the numbers do not settle.
     """
-    evidence = gathered(filtered, frames, np.zeros(len(filtered.numbers)))
+    evidence = start
     told = free & told_by(evidence, filtered.plausible_std)
     for number in range(1, ROUNDS + 1):
         if on_progress:
@@ -183,7 +186,7 @@ def fitted(
     )
 
 
-def _settled(evidence: Evidence, fit: Fit) -> bool:
+def _settled(evidence: FrameEvidence, fit: Fit) -> bool:
     """Whether the last step was small against what H says of each number."""
     once = evidence.information.sum(axis=0)[np.ix_(fit.told, fit.told)] / evidence.counted_once
     moved = np.abs(fit.values - evidence.values)[fit.told]

@@ -14,7 +14,7 @@ from models.errors import InputError
 from models.pen_config import PenConfig
 from models.version import version
 from pen_mhe.calibration.camera_fit import Fit
-from pen_mhe.calibration.mounting import OFFSET, Number, Quantity
+from pen_mhe.calibration.mounting import OFFSET, MountingQuantity, Number
 from pen_mhe.tuning.parameters import Parameter
 from pen_mhe.tuning.pen_text import PenText, write_whole
 
@@ -91,7 +91,7 @@ class CameraCalibration:
     recording_name: str
     pen_name: str
     values: Mapping[Parameter, Any]
-    fixed: frozenset[Quantity]
+    fixed: frozenset[MountingQuantity]
     delay_s: float
     text: PenText | None
 
@@ -159,7 +159,7 @@ class CameraCalibration:
             said.append(f"{', '.join(own)}: the recording's own, no key of the pen file")
         return said
 
-    def _told(self) -> list[Quantity]:
+    def _told(self) -> list[MountingQuantity]:
         pairs = zip(self.numbers, self.fit.told, strict=True)
         return list(dict.fromkeys(n.quantity for n, told in pairs if told))
 

@@ -16,17 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.arrays import Array
-from pen_mhe.calibration.camera_fit import Evidence
-from pen_mhe.calibration.mounting import Number, Quantity
+from pen_mhe.calibration.camera_fit import FrameEvidence
+from pen_mhe.calibration.mounting import MountingQuantity, Number
 
 
-def in_halves(evidence: Evidence) -> tuple[Evidence, Evidence]:
+def in_halves(evidence: FrameEvidence) -> tuple[FrameEvidence, FrameEvidence]:
     """Return what the frames of the first half tell, and those of the second."""
     is_late = evidence.time_s > 0.5 * (evidence.time_s.min() + evidence.time_s.max())
     return evidence.rows(~is_late), evidence.rows(is_late)
 
 
-def worth(evidence: Evidence, free: NDArray[np.bool_]) -> float:
+def worth(evidence: FrameEvidence, free: NDArray[np.bool_]) -> float:
     """Return the score of both halves with what the other found, all but some numbers at zero.
 
     Relative to that of the numbers of the evidence; every pass counts.
@@ -35,7 +35,7 @@ def worth(evidence: Evidence, free: NDArray[np.bool_]) -> float:
     return _score(first, _found(second, free)) + _score(second, _found(first, free))
 
 
-def _found(half: Evidence, free: NDArray[np.bool_]) -> Array:
+def _found(half: FrameEvidence, free: NDArray[np.bool_]) -> Array:
     """Return what a half finds (k,) with some numbers free and the others zero."""
     s, H = half.score.sum(axis=0), half.information.sum(axis=0)
     found = np.zeros(len(free))
@@ -43,19 +43,19 @@ def _found(half: Evidence, free: NDArray[np.bool_]) -> Array:
     return found
 
 
-def _score(half: Evidence, values: Array) -> float:
+def _score(half: FrameEvidence, values: Array) -> float:
     s, H, away = half.score.sum(axis=0), half.information.sum(axis=0), values - half.values
     return float(s @ away - 0.5 * away @ H @ away)
 
 
 def worth_taking(
-    evidence: Evidence, numbers: Sequence[Number], told: NDArray[np.bool_]
+    evidence: FrameEvidence, numbers: Sequence[Number], told: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """Return which numbers (k,) are, a quantity with all its axes or not at all."""
     kept = told.copy()
     best = worth(evidence, kept)
     while kept.any():
-        tried: dict[Quantity, NDArray[np.bool_]] = {
+        tried: dict[MountingQuantity, NDArray[np.bool_]] = {
             q: kept & np.array([n.quantity is not q for n in numbers])
             for q in dict.fromkeys(n.quantity for n, own in zip(numbers, kept, strict=True) if own)
         }

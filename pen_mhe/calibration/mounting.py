@@ -26,7 +26,7 @@ from models.rotation import rotation_matrix
 
 
 @dataclass(frozen=True)
-class Quantity:
+class MountingQuantity:
     """A row of `QUANTITIES`.
 
     Parameters
@@ -50,12 +50,12 @@ class Quantity:
 
 _DEG = math.degrees(1.0)
 OFFSET, TURN, LEVER, LEVEL, SLOPE, HEIGHT = QUANTITIES = (
-    Quantity("time offset", ("",), "ms", 1e3, 0.02),
-    Quantity("turn", ("x", "y", "z"), "deg", _DEG, math.radians(5.0)),
-    Quantity("lever", ("x", "y", "z"), "mm", 1e3, 0.02, "feels_gravity"),
-    Quantity("level", ("x", "y"), "deg", _DEG, math.radians(2.0), "feels_gravity"),
-    Quantity("slope", ("x", "y"), "mm/m", 1e3, 0.03, "reads_touch"),
-    Quantity("height", ("",), "mm", 1e3, 0.005, "reads_touch"),
+    MountingQuantity("time offset", ("",), "ms", 1e3, 0.02),
+    MountingQuantity("turn", ("x", "y", "z"), "deg", _DEG, math.radians(5.0)),
+    MountingQuantity("lever", ("x", "y", "z"), "mm", 1e3, 0.02, "feels_gravity"),
+    MountingQuantity("level", ("x", "y"), "deg", _DEG, math.radians(2.0), "feels_gravity"),
+    MountingQuantity("slope", ("x", "y"), "mm/m", 1e3, 0.03, "reads_touch"),
+    MountingQuantity("height", ("",), "mm", 1e3, 0.005, "reads_touch"),
 )
 """In the order in which their numbers stand."""
 
@@ -64,7 +64,7 @@ OFFSET, TURN, LEVER, LEVEL, SLOPE, HEIGHT = QUANTITIES = (
 class Number:
     """One number of a quantity: its axis is an index of the quantity's axes."""
 
-    quantity: Quantity
+    quantity: MountingQuantity
     axis: int
 
     @property
@@ -84,9 +84,9 @@ def numbers_of(pen: PenConfig, sensors: Sequence[str]) -> tuple[Number, ...]:
     )
 
 
-def split(numbers: Sequence[Number], values: ca.SX) -> dict[Quantity, list[Any]]:
+def split(numbers: Sequence[Number], values: ca.SX) -> dict[MountingQuantity, list[Any]]:
     """Return quantity → its symbols, zero where there are none."""
-    found: dict[Quantity, list[Any]] = {q: [0.0] * len(q.axes) for q in QUANTITIES}
+    found: dict[MountingQuantity, list[Any]] = {q: [0.0] * len(q.axes) for q in QUANTITIES}
     for i, number in enumerate(numbers):
         found[number.quantity][number.axis] = values[i]
     return found
@@ -107,7 +107,7 @@ class MountedBody:
     rigid: Body
     seen: Body
     level_rad: Vector2
-    by: Mapping[Quantity, list[Any]]
+    by: Mapping[MountingQuantity, list[Any]]
 
     @property
     def tip(self) -> ca.SX:
@@ -125,7 +125,7 @@ class MountedBody:
         """Return the world position (3,) of a point in a frame."""
         return self.seen.point(mounting)
 
-    def specific_force(self, mounting: ca.SX, gravity: float, up: Vector3 = UP) -> ca.SX:
+    def specific_force(self, mounting: ca.SX, gravity: float, *, up: Vector3 = UP) -> ca.SX:
         """Return the specific force (3,), the paper off level; `up` is that of `level_rad`."""
         level = [told + more for told, more in zip(self.level_rad, self.by[LEVEL], strict=True)]
         leaning = rotation_matrix(ca.vertcat(*level, 0))[:, 2] - ca.DM(UP)

@@ -9,15 +9,16 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from models.arrays import Array
+from models.errors import InputError
 from models.pen_config import PenConfig
-from pen_mhe.calibration.mounting import HEIGHT, LEVEL, LEVER, OFFSET, SLOPE, TURN, Quantity
+from pen_mhe.calibration.mounting import HEIGHT, LEVEL, LEVER, OFFSET, SLOPE, TURN, MountingQuantity
 from pen_mhe.tuning.parameters import SENSORS, Parameter
 
 ROLE = "mounting"
 
 
 def new_values(
-    pen: PenConfig, sensors: Sequence[str], changes: Mapping[Quantity, Array]
+    pen: PenConfig, sensors: Sequence[str], changes: Mapping[MountingQuantity, Array]
 ) -> dict[Parameter, Any]:
     """Return what the keys of a pen file become, SI.
 
@@ -25,6 +26,11 @@ def new_values(
     ----------
     sensors : that were used; inertial ones are turned and moved together
     changes : quantity → the change of its numbers; one that stays is not among them
+
+    Raises
+    ------
+    InputError
+        If a camera's delay becomes negative.
     """
     found: dict[tuple[tuple[str, ...], str], Any] = {}
     if LEVEL in changes:
@@ -33,7 +39,13 @@ def new_values(
         table, sensor = (SENSORS, name), pen.sensors[name]
         has: Any = sensor  # its fields are known by what it does
         if sensor.sees_pose and OFFSET in changes:
-            found[table, "delay_s"] = float(sensor.delay_s - changes[OFFSET][0])
+            delay_s = float(sensor.delay_s - changes[OFFSET][0])
+            if delay_s < 0:
+                raise InputError(
+                    f"sensor {name}: frames say that its delay is {1e3 * delay_s:.3g} ms, expected "
+                    "stamps that are not before the capture"
+                )
+            found[table, "delay_s"] = delay_s
         if sensor.feels_gravity or sensor.reads_rate:
             if TURN in changes:
                 turned = Rotation.from_rotvec(changes[TURN]).as_matrix() @ has.sensor_to_body

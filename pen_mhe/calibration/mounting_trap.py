@@ -1,4 +1,4 @@
-"""Table of docs/calibrate.md: how an IMU is mounted, by all innovations and by frames only.
+"""Tables of docs/calibrate.md: an IMU's mounting by all innovations and by frames, and profiles.
 
     python -m pen_mhe.calibration.mounting_trap path/to/dpoint_pen
 
@@ -15,10 +15,10 @@ from scipy.optimize import minimize
 import pen_mhe as pm
 from models.arrays import Array
 from models.pen_config import PenConfig
-from pen_mhe.calibration.camera_fit import fitted, gathered
+from pen_mhe.calibration.camera_fit import Fit, fitted, gathered
 from pen_mhe.calibration.frames import Frames
 from pen_mhe.calibration.mounted_filter import MountedFilter
-from pen_mhe.calibration.mounting import LEVEL, LEVER, OFFSET, TURN, Quantity
+from pen_mhe.calibration.mounting import LEVEL, LEVER, OFFSET, TURN, MountingQuantity
 from pen_mhe.calibration.mounting_keys import new_values
 from pen_mhe.tuning.parameters import with_values
 from recordings.ink import Ink, ink_match
@@ -54,7 +54,7 @@ def by_all_innovations(filtered: MountedFilter, frames: Frames) -> Array:
 
 def changed(pen: PenConfig, filtered: MountedFilter, values: Array) -> PenConfig:
     """Return a pen with some numbers."""
-    quantities: tuple[Quantity, ...] = (OFFSET, TURN, LEVER, LEVEL)
+    quantities: tuple[MountingQuantity, ...] = (OFFSET, TURN, LEVER, LEVEL)
     ends = np.cumsum([len(quantity.axes) for quantity in quantities])[:-1]
     changes = dict(zip(quantities, np.split(values, ends), strict=True))
     return with_values(pen, new_values(pen, filtered.sensors, changes))
@@ -74,15 +74,36 @@ def ink_mm(folder: str, pen: PenConfig, ink: Ink, rate_hz: float) -> float:
     return float(np.mean(found))
 
 
+def print_profiles(filtered: MountedFilter, frames: Frames, fit: Fit) -> None:
+    """Print what frames lose, in nats with each counted once a rate, where one number changes."""
+
+    def score(i: int, change: float) -> float:
+        values = fit.values.copy()
+        values[i] += change
+        evidence = gathered(filtered, frames, values)
+        return float(evidence.log_density.sum() / evidence.counted_once)
+
+    best = score(0, 0.0)
+    print(
+        "\n| number | found | -4 deviations | -2 | +2 | +4 |\n| --- | --- | --- | --- | --- | --- |"
+    )
+    for i, number in enumerate(filtered.numbers):
+        q = number.quantity
+        found = f"{q.factor * fit.values[i]:+.3g} ± {q.factor * fit.std[i]:.2g} {q.unit}"
+        lost = [f"{score(i, k * fit.std[i]) - best:+.1f}" for k in (-4, -2, 2, 4)]
+        print(f"| {number.name} | {found} | {' | '.join(lost)} |", flush=True)
+
+
 def main(folder: str) -> None:
-    """Print the table."""
+    """Print the tables."""
     pen = pm.load_pen("dpoint")
     written: WrittenRecording = read_written(folder, pen)
     assert written.ink is not None
     filtered = MountedFilter(pen, SENSORS)
     frames, k = Frames.of(written.recording, filtered.base), len(filtered.numbers)
     start = np.zeros(k)
-    fit, _ = fitted(filtered, frames, np.ones(k, dtype=bool))
+    before = gathered(filtered, frames, start)
+    fit, _ = fitted(filtered, frames, before, free=np.ones(k, dtype=bool))
     rows = {
         "pen file": start,
         "frames only": fit.values,
@@ -105,6 +126,7 @@ def main(folder: str) -> None:
         new = changed(pen, filtered, values)
         cells += [f"{ink_mm(folder, new, written.ink, rate):.3f}" for rate in INK_RATES_HZ]
         print(f"| {' | '.join(cells)} |", flush=True)
+    print_profiles(filtered, frames, fit)
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ FEWEST_FRAMES = 30
 
 def frame_choices(frame_s: Array) -> Mapping[int, float]:
     """Return every how many frames (at times (m,)) one is taken → the rate, Hz, that this makes."""
-    rate_hz = 1 / float(np.median(np.diff(frame_s)))
+    rate_hz = (len(frame_s) - 1) / float(frame_s[-1] - frame_s[0])
     every = (max(1, round(rate_hz / rate)) for rate in RATES_HZ)
     return MappingProxyType({m: rate_hz / m for m in every})
 

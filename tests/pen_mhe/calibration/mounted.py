@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 import pen_mhe as pm
 from models.motion import AttitudeWhiteJerk, Motion, TipBoundedVelocity
-from pen_mhe.calibration.mounting import LEVEL, LEVER, OFFSET, TURN, Quantity
+from pen_mhe.calibration.mounting import LEVEL, LEVER, OFFSET, TURN, MountingQuantity
 from pen_mhe.calibration.mounting_keys import new_values
 from pen_mhe.tuning.parameters import with_values
 
 Array = NDArray[np.float64]
 
 SENSORS = ("accel", "gyro", "camera")
-OFF: dict[Quantity, float] = {
+OFF: dict[MountingQuantity, float] = {
     OFFSET: 5e-3,
     TURN: math.radians(1.0),
     LEVER: 5e-3,

@@ -167,6 +167,16 @@ def test_one_run_tells_score_and_information(touching: pm.Recording) -> None:
         assert abs(slope - score[i]) < 0.05 * abs(score[i]) + 2 * np.sqrt(information[i, i])
 
 
+def test_frames_before_their_stamps_are_a_longer_delay() -> None:
+    """A reader stamps a frame with its arrival less the delay."""
+    pen = pm.load_pen("dpoint")
+    [(parameter, delay_s)] = new_values(pen, SENSORS, {OFFSET: np.array([-0.003])}).items()
+    assert parameter.key == "sensors.camera.delay_s"
+    assert delay_s == pytest.approx(0.048)
+    with pytest.raises(InputError, match="frames say that its delay is -5 ms"):
+        new_values(pen, SENSORS, {OFFSET: np.array([0.05])})
+
+
 @pytest.mark.parametrize(
     ("sensors", "sentence"),
     [
