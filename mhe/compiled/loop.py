@@ -28,10 +28,10 @@ from models.arrays import Array
 from models.state_space import StateSpaceModel
 
 PASS_SOURCES = (
-    *("trajectory.c", "factors.c", "smoother.c", "lagged.c", "active_set.c", "deadline.c"),
-    "one_pass.c",
+    *("trajectory.c", "factors.c", "smoother.c", "smoothed_covariance.c", "lagged.c"),
+    *("active_set.c", "deadline.c", "one_pass.c"),
 )
-LAGGED_SOURCE = "lagged.c"
+LAGGED_SOURCES = ("smoothed_covariance.c", "lagged.c")
 DESCENT_SOURCES = ("descent.c", "second_start.c")
 WINDOW_SOURCES = ("late.c", "slide.c", "window.c")
 FUNCTIONS_OF: Mapping[str, tuple[str, ...]] = {
@@ -76,7 +76,7 @@ def window_loop(
     carry = carry_function(model) if scheme.converges else None
     carried = [] if carry is None else [[carry]]
     descent = DESCENT_SOURCES if parts["CONVERGES"] else ()
-    sources = [name for name in PASS_SOURCES if parts["LAGGED"] or name != LAGGED_SOURCE]
+    sources = [name for name in PASS_SOURCES if parts["LAGGED"] or name not in LAGGED_SOURCES]
     return Loop(
         sources=[Path(__file__).with_name(name) for name in (*sources, *descent, *WINDOW_SOURCES)],
         entry="window",
