@@ -14,12 +14,11 @@ from estimation.function_call import FunctionCall
 from estimation.kalman_stage import Prediction, Update
 from estimation.lagged import LaggedState
 from estimation.square_roots import spread_root
+from estimation.stage_limits import stage_limits
 from models.arrays import Array
 from models.gaussian import GaussianState
 
-LEAST_SHARE = 1e-13
-"""Of the variance P⁺ before later readings: P_s is a difference, and told is no less than what
-rounding leaves of that."""
+LEAST_SHARE = stage_limits(np.float64)["LEAST_SHARE"]
 
 
 def told_stages(lags: Sequence[int], count: int) -> list[tuple[int, int]]:

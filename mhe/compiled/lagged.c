@@ -50,13 +50,20 @@ static void tell_lagged(const Window *s, const real *memory, integer count, real
 {
     const Result *r = &s->result;
     const Work *o = &s->work;
-    const integer n_x = s->model.n_x, n = n_x * n_x;
+    const integer n_x = s->model.n_x, n = n_x * n_x, n_derived = s->n_derived;
     for (integer i = 0; i < s->n_lags; i++) {
         const integer at = stage_at_lag(s, count, i);
+        real *derived = STAGE(result + r->lagged_derived, i, n_derived);
+        real *std = STAGE(result + r->lagged_derived_std, i, n_derived);
         real *mean = STAGE(result + r->lagged_mean, i, n_x);
         real *covariance = STAGE(result + r->lagged_covariance, i, n);
         result[r->lagged_time + i] = at < 0 ? NAN : memory[s->memory.times + at];
         for (integer a = 0; a < n_x; a++) mean[a] = at < 0 ? NAN : STAGE(o->x_lagged, i, n_x)[a];
         for (integer a = 0; a < n; a++) covariance[a] = at < 0 ? NAN : STAGE(o->P_lagged, i, n)[a];
+        derive(&s->model, mean, covariance, derived, std);
+        for (integer a = 0; a < n_derived; a++) {
+            if (at < 0) derived[a] = NAN;
+            if (isnan(covariance[0])) std[a] = NAN;
+        }
     }
 }

@@ -12,6 +12,7 @@ from estimation.engine import CompiledEngine, Loop
 from estimation.layout import Layout
 from estimation.linearisation import loop_functions, triangle
 from estimation.loop import NO_FUNCTION
+from estimation.outputs import derived_outputs
 from estimation.rest import rest_constants, rest_fields
 from estimation.stored import stored
 from mhe import constraint_rows
@@ -19,7 +20,6 @@ from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.compiled.workspace import workspace
 from mhe.config import Clock, RealTimeConfig
 from mhe.domain import limits
-from mhe.look_back import LEAST_SHARE
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.rules import ACTIVE_SET, DESCENT, most_active
 from mhe.second_start import SECOND_START, cost_limits
@@ -110,6 +110,7 @@ def window_loop(
             "most_active": most,
             "n_lags": len(config.lags),
             "lags": np.array(config.lags, dtype=np.int64),
+            "n_derived": len(derived_outputs(model).names),
             "row_conditions": constraint_rows.needs(model),
             "arrival": list(ARRIVAL_COSTS).index(config.arrival_cost),
             "constant_covariance": stored(model.prior),
@@ -127,7 +128,6 @@ def window_loop(
             **({**DESCENT, **SECOND_START} if parts["CONVERGES"] else {}),
             **ACTIVE_SET,
             "SETTLED": SETTLED,
-            "LEAST_SHARE": LEAST_SHARE,
             **rest_constants(model),
             **{part: int(is_in) for part, is_in in parts.items()},
         },
