@@ -116,8 +116,9 @@ static void through_transition(const Window *s, integer k)
     const integer n = m->stride;
     const real *F = SLOT(s->work.F, k, s->nnz_F);
     real *Lambda = s->work.costates, *product = s->work.square;
-    clear(product, n * n);
-    for (integer i = 0; i < m->n_x; i++) add_row(product + i * n, m->F_unit[i], Lambda + i * n, n);
+    clear(product + m->n_x * n, (n - m->n_x) * n);
+    for (integer i = 0; i < m->n_x; i++)
+        for (integer c = 0; c < n; c++) product[i * n + c] = m->F_unit[i] * Lambda[i * n + c];
     for (integer i = 0; i < m->n_x; i++)
         for (integer j = m->F_at[i]; j < m->F_at[i + 1]; j++)
             add_row(product + m->F_column[j] * n, F[j], Lambda + i * n, n);
