@@ -26,6 +26,11 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "cost": "of the window; NaN where none is counted",
         "kkt": "distance from the optimality conditions, standard deviations; NaN for a filter",
         "step_time_s": "s; 0 without a clock",
+        "lagged_time": "s, of the states as many samples before the newest; NaN where none",
+        "lagged_mean": "estimates of these states, given all readings up to the newest",
+        "lagged_covariance": "of these, lag behind lag; NaN where there was no time for it",
+        "lagged_derived": "what people read, derived from these states, lag behind lag",
+        "lagged_derived_std": "its standard deviations",
     }
 )
 """Block of `estimation.result.result_layout` → what it says, for the header."""
@@ -36,6 +41,7 @@ NUMBERS: Mapping[str, tuple[str, type]] = MappingProxyType(
         "status": ("unsigned", ctypes.c_uint),
         "iterations": ("int", ctypes.c_int),
         "reused": ("int", ctypes.c_int),
+        "lagged_time": ("double", ctypes.c_double),
     }
 )
 """Blocks that have a type of their own; the loop tells them as real numbers."""
@@ -56,13 +62,17 @@ class Field:
 
 def estimate_fields(result: Layout) -> list[Field]:
     """Return the structure's members, those of a type of their own first; none of no numbers."""
-    numbers = [Field(name, c_type, (), WORDS[name]) for name, (c_type, _) in NUMBERS.items()]
+    numbers = [
+        Field(name, c_type, result.shapes[name], WORDS[name])
+        for name, (c_type, _) in NUMBERS.items()
+        if 0 not in result.shapes[name]
+    ]
     blocks = [
         Field(name, None, shape, WORDS.get(name, name))
         for name, shape in result.shapes.items()
         if name not in NUMBERS and 0 not in shape
     ]
-    told = Field(TOLD, None, (len(NUMBERS),), "private")
+    told = Field(TOLD, None, (sum(math.prod(field.shape) for field in numbers),), "private")
     return [*numbers, *blocks, told]
 
 
@@ -77,14 +87,16 @@ def offsets(result: Layout) -> dict[str, int]:
             places[member.name] = at
             at += math.prod(member.shape)
     told = places.pop(TOLD)
-    found = {**places, **{name: told + i for i, name in enumerate(NUMBERS)}}
-    return {**{block: found.get(block, 0) for block in result.shapes}, "size": at}
+    for member in estimate_fields(result):
+        if member.c_type is not None:
+            places[member.name] = told
+            told += math.prod(member.shape)
+    return {**{block: places.get(block, 0) for block in result.shapes}, "size": at}
 
 
 def estimate_structure(fields: Sequence[Field], real: Any) -> type[ctypes.Structure]:
     """Return the structure for Python; `real` is c_double or c_float."""
     types = {name: kind for name, (_, kind) in NUMBERS.items()}
-    members = [
-        (f.name, real * math.prod(f.shape) if f.shape else types.get(f.name, real)) for f in fields
-    ]
+    kinds = [(field, types.get(field.name, real)) for field in fields]
+    members = [(f.name, kind * math.prod(f.shape) if f.shape else kind) for f, kind in kinds]
     return type("Estimate", (ctypes.Structure,), {"_fields_": members})

@@ -122,7 +122,7 @@ def _loop(exported: Exportable, form: str, prefix: str, precision: Precision) ->
     fields = {
         "model": model_fields(model, loop, form=form),
         "memory": loop.memory,
-        "result": offsets(result_layout(model)),
+        "result": offsets(result_layout(model, loop.lags)),
         **loop.fields,
     }
     functions = {f.name(): (f.n_in(), f.n_out()) for group in loop.functions for f in group}

@@ -39,11 +39,6 @@ def _ekf(model: StateSpaceModel, config: EkfConfig) -> tuple[Loop, Array]:
 
 
 def _mhe_rti(model: StateSpaceModel, config: MheRtiConfig) -> tuple[Loop, Array]:
-    if config.lags:
-        raise InputError(
-            f"lag_samples is {config.lag_samples}, which C does not tell yet, expected none in an "
-            "export"
-        )
     memory = window_memory(model, config.horizon + 1)
     loop = window_loop(model, config, memory, whole=False)
     return loop, first_window(model, config, memory, None).memory

@@ -15,7 +15,7 @@ from codegen.export import Export
 from estimation.estimate import Estimate
 from estimation.native import CSource, shared_libraries
 from estimation.recording import Measurement
-from estimation.result import ResultReader, result_layout
+from estimation.result import ResultReader
 from models.arrays import Array
 from models.errors import InputError
 from models.given_prior import Prior
@@ -52,10 +52,9 @@ class Exported:
         self.name = f"{export.exported.estimator} ({export.precision.c_type}, {export.form})"
         self.dtype = np.dtype(export.precision.dtype)
         real = np.ctypeslib.as_ctypes_type(self.dtype)
-        fields = estimate_fields(result_layout(self.model))
-        self._estimate = estimate_structure(fields, real)()
-        self.layout = result_layout(self.model)
-        self._reader = ResultReader(self.model)
+        self._reader = ResultReader(self.model, self.exported.loop.lags)
+        self.layout = self._reader.layout
+        self._estimate = estimate_structure(estimate_fields(self.layout), real)()
         self._columns = measured_columns(self.model)
         self._readings = np.empty(len(self._columns), self.dtype)
         self._library = ctypes.CDLL(str(library))

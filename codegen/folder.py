@@ -26,6 +26,13 @@ DERIVED = """    /* estimate.derived[@place] in @unit, estimate.derived_std[@pla
 
 `derived` has what people read and is derived from the states, with standard deviations in
 `derived_std`: @names."""
+LAGS = """
+    /* at estimate.lagged_time[@place], s: */
+    /* estimate.lagged_mean[@place * @{PREFIX}_N_X + @state] in @unit */
+
+`lagged_...` are of the states @lags samples before the newest, given all readings up to the newest,
+with `lagged_covariance`. Samples are instants of measurements, of any sensor; a lag that reaches
+further back than the window of that step is NaN in all of them."""
 CONSTRAINED = """Bounds and inequalities hold in the estimate. Where the search for the active
 rows fails, pen-mhe itself tries again with OSQP; here the best point so far is returned, with
 `@{PREFIX}_STATUS_SOLVER_FAILED`."""
@@ -124,6 +131,7 @@ def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> st
         first_state=macros(model.state_names)[0],
         first_unit=state_units(model)[0][1],
         derived=_derived_words(export),
+        lags=_lag_words(export),
         constraints=_constraint_words(export),
         deadline=_deadline_words(export),
         constants=f"\nThe step adds the readings of {', '.join(added)} itself.\n" if added else "",
@@ -141,6 +149,22 @@ def _derived_words(export: Export) -> str:
         place=f"{capital}_DERIVED_{macros(derived.names)[0]}",
         unit=derived.units[0],
         names=", ".join(f"`{name}`" for name in derived.names),
+    )
+    return f"{words}\n"
+
+
+def _lag_words(export: Export) -> str:
+    """Return how to read what is told of instants before the newest; "" where nothing is."""
+    lags, model = export.exported.loop.lags, export.exported.model
+    if not lags:
+        return ""
+    capital, state = export.prefix.upper(), macros(model.state_names)[0]
+    words = AtTemplate(LAGS).substitute(
+        PREFIX=capital,
+        place=f"{capital}_LAG_{lags[0]}",
+        state=f"{capital}_STATE_{state}",
+        unit=state_units(model)[0][1],
+        lags=", ".join(map(str, lags)),
     )
     return f"{words}\n"
 

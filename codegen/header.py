@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from codegen.constant_readings import constant_sensors, detected_sensors, measured_columns
 from codegen.estimate_fields import Field, estimate_fields
@@ -17,21 +17,26 @@ from estimation.status import SENTENCES, Status
 from models.state_space import StateSpaceModel
 from models.units import readable_unit
 
-_SIZE_OF = {
-    "mean": "N_X",
-    "covariance": "N_X",
-    "derived": "N_DERIVED",
-    "derived_std": "N_DERIVED",
-    "innovation": "N_R",
-    "innovation_covariance": "N_R",
+_SIZES_OF = {
+    "mean": ("N_X",),
+    "covariance": ("N_X", "N_X"),
+    "derived": ("N_DERIVED",),
+    "derived_std": ("N_DERIVED",),
+    "innovation": ("N_R",),
+    "innovation_covariance": ("N_R", "N_R"),
+    "lagged_time": ("N_LAGS",),
+    "lagged_mean": ("N_LAGS", "N_X"),
+    "lagged_covariance": ("N_LAGS", "N_X", "N_X"),
+    "lagged_derived": ("N_LAGS", "N_DERIVED"),
+    "lagged_derived_std": ("N_LAGS", "N_DERIVED"),
 }
-"""Member of the estimate → the size that its lengths are."""
+"""Member of the estimate → the sizes that its lengths are."""
 
 
 def header(export: Exportable, prefix: str, precision: Precision, form: str) -> str:
     """Return the header's text."""
     model, capital = export.model, prefix.upper()
-    fields = estimate_fields(result_layout(model))
+    fields = estimate_fields(result_layout(model, export.loop.lags))
     derived = derived_outputs(model)
     return filled(
         "interface.h",
@@ -44,6 +49,7 @@ def header(export: Exportable, prefix: str, precision: Precision, form: str) -> 
             capital, "STATE", zip(model.state_names, model.state_units, strict=True)
         ),
         derived=_derived(capital, derived),
+        lags=_lags(capital, export.loop.lags),
         readings=_readings(capital, model),
         rows=_comment(_row_words(model)),
         constants=_comment(_constant_words(model)),
@@ -84,6 +90,8 @@ def _sizes(export: Exportable, capital: str) -> list[str]:
         "N_Y": (len(measured_columns(model)), given),
         "N_R": (model.n_r, "rows of the innovation"),
     }
+    if export.loop.lags:
+        sizes["N_LAGS"] = (len(export.loop.lags), "instants before the newest that are told too")
     return [f"#define {capital}_{name} {n} /* {words} */" for name, (n, words) in sizes.items()]
 
 
@@ -151,6 +159,17 @@ def _constant_words(model: StateSpaceModel) -> list[str]:
     ]
 
 
+def _lags(capital: str, lags: Sequence[int]) -> str:
+    if not lags:
+        return ""
+    words = [
+        "Lags: places in `lagged_...` of the states so many samples before the newest, given all",
+        "readings up to the newest. Samples are instants of measurements, of any sensor.",
+    ]
+    places = _enumeration(capital, "LAG", ((str(lag), "samples") for lag in lags))
+    return f"\n{_comment(words)}\n{places}\n"
+
+
 def _comment(lines: list[str]) -> str:
     return "/* " + "\n * ".join(lines) + " */"
 
@@ -163,8 +182,8 @@ def _statuses(capital: str) -> str:
 
 
 def _member(field: Field, prefix: str, capital: str) -> str:
-    size = _SIZE_OF.get(field.name)
-    lengths = [f"{capital}_{size}" if size else str(length) for length in field.shape]
-    array = f"[{' * '.join(lengths)}]" if lengths else ""
+    sizes = _SIZES_OF.get(field.name)
+    lengths = [f"{capital}_{size}" for size in sizes] if sizes else map(str, field.shape)
+    array = f"[{' * '.join(lengths)}]" if field.shape else ""
     words = re.sub(r"\b(STATUS|DERIVED)_", rf"{capital}_\1_", field.words)
     return f"    {field.c_type or f'{prefix}_real'} {field.name}{array}; /* {words} */"

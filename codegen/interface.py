@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from codegen.constant_readings import constant_sensors, measured_columns
-from codegen.estimate_fields import NUMBERS, TOLD, estimate_fields
+from codegen.estimate_fields import TOLD, Field, estimate_fields
 from codegen.exportable import Exportable
 from codegen.number_format import Precision
 from codegen.structures import braces
@@ -36,7 +36,8 @@ def interface(export: Exportable, start: Array, prefix: str, precision: Precisio
     """
     model = export.model
     is_relative = precision.dtype is not np.float64
-    members = estimate_fields(result_layout(model))
+    result = result_layout(model, export.loop.lags)
+    members = estimate_fields(result)
     first = next(member.name for member in members if member.c_type is None)
     constants = constant_sensors(model)
     entries = [f"{{{i}, {precision.number(float(start[i]))}}}" for i in np.flatnonzero(start)]
@@ -56,12 +57,28 @@ def interface(export: Exportable, start: Array, prefix: str, precision: Precisio
         call_constants="if (!late) add_constants(state, time_s, y);" if constants else "",
         rebase=_rebase(export, prefix, precision) if is_relative else "",
         call_rebase=REBASE if is_relative else "",
-        numbers="\n".join(
-            f"    estimate->{name} = ({c_type})estimate->{TOLD}[{i}];"
-            for i, (name, (c_type, _)) in enumerate(NUMBERS.items())
-            if name != "time_s"
-        ),
+        numbers="\n".join(_numbers(members, is_relative)),
     )
+
+
+def _numbers(members: Sequence[Field], is_relative: bool) -> list[str]:
+    """Return what gives members of a type of their own their values, but for the newest time."""
+    lines, at = [], 0
+    for member in members:
+        if member.c_type is None:
+            continue
+        size, told = math.prod(member.shape), f"({member.c_type})estimate->{TOLD}"
+        if member.c_type == "double" and is_relative:
+            told = f"state->origin_s + {told}"
+        if member.shape:
+            lines += [
+                f"    for (integer i = 0; i < {size}; i++)",
+                f"        estimate->{member.name}[i] = {told}[{at} + i];",
+            ]
+        elif member.name != "time_s":
+            lines.append(f"    estimate->{member.name} = {told}[{at}];")
+        at += size
+    return lines
 
 
 def _check_inputs(export: Exportable) -> str:

@@ -12,9 +12,6 @@
 #define ROW_AT(k) (KEPT(rows) + (k) * f->model.n_row)
 #define CHECKPOINT(j) (KEPT(checkpoints) + (j) * OWN)
 
-/* Stamps that single precision cannot tell apart, whose origin moves, are one; s. */
-#define SAME_S (sizeof(real) < sizeof(double) ? (real)1e-6 : 0)
-
 static void copy_log(const Filter *f, const real *given, real *kept)
 {
     const Memory *at = &f->memory;

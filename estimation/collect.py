@@ -56,7 +56,7 @@ def collected(
         rows = np.asarray(values, dtype=float)
         results[:, reader.layout.slices[block]] = rows.reshape(n, -1) if n else 0.0
     for estimate, result in zip(estimates, results, strict=True):
-        tell_lagged(reader.layout, result, lags, estimate.lagged)
+        tell_lagged(reader.layout, reader.derived, result, lags, estimate.lagged)
     mean, P = (reader.layout.view(results, block) for block in ("mean", "covariance"))
     for block, rows in zip(("derived", "derived_std"), reader.derived.values(mean, P), strict=True):
         reader.layout.view(results, block)[:] = rows

@@ -8,12 +8,6 @@
  * can hold it again. */
 
 #define QUADS (LD / QUAD)
-typedef real quad __attribute__((vector_size(QUAD * sizeof(real)), aligned(sizeof(real)), may_alias));
-
-/* Macros: a function that returns a quad has another interface on each processor. */
-#define AT(a) (*(const quad *)(a))
-#define PUT(a, value) (*(quad *)(a) = (value))
-#define ALL(a) ((quad){(a), (a), (a), (a)})
 
 /* to = the sum of `count` rows, each by its factor, on top of `start` where there is one. */
 static inline __attribute__((always_inline)) void sum_rows(real *to, const real *start,
@@ -27,29 +21,6 @@ static inline __attribute__((always_inline)) void sum_rows(real *to, const real 
         for (integer q = 0; q < QUADS; q++) sum[q] += ALL(factor[k]) * AT(row + q * QUAD);
     }
     for (integer q = 0; q < QUADS; q++) PUT(to + q * QUAD, sum[q]);
-}
-
-#ifdef __has_builtin
-#if __has_builtin(__builtin_shufflevector)
-#define SHUFFLES
-#endif
-#endif
-/* The transpose of a block of quads, `to` and `from` with rows of LD. */
-static inline void turn(const quad from[QUAD], real *to)
-{
-#ifdef SHUFFLES
-    const quad a = __builtin_shufflevector(from[0], from[1], 0, 4, 2, 6);
-    const quad b = __builtin_shufflevector(from[0], from[1], 1, 5, 3, 7);
-    const quad c = __builtin_shufflevector(from[2], from[3], 0, 4, 2, 6);
-    const quad d = __builtin_shufflevector(from[2], from[3], 1, 5, 3, 7);
-    PUT(to, __builtin_shufflevector(a, c, 0, 1, 4, 5));
-    PUT(to + LD, __builtin_shufflevector(b, d, 0, 1, 4, 5));
-    PUT(to + 2 * LD, __builtin_shufflevector(a, c, 2, 3, 6, 7));
-    PUT(to + 3 * LD, __builtin_shufflevector(b, d, 2, 3, 6, 7));
-#else
-    for (integer i = 0; i < QUAD; i++)
-        for (integer j = 0; j < QUAD; j++) to[j * LD + i] = from[i][j];
-#endif
 }
 
 /* F of some rows, which is sums of them, on top of `more` where there is such. Rows behind the last
@@ -90,7 +61,7 @@ static int predict_covariance(const Model *m, const real *F, const real *P_plus,
         for (integer j = 0; j < LD; j += QUAD) {
             quad block[QUAD];
             for (integer a = 0; a < QUAD; a++) block[a] = AT(half + (i + a) * LD + j);
-            turn(block, turned + j * LD + i);
+            turn(block, turned + j * LD + i, LD);
         }
     product(m, F, turned, m->Q, P_minus);
     for (integer i = 0; i < N_X; i++)
@@ -110,7 +81,7 @@ static void take_rows(const real *restrict P, const real *restrict W, const inte
                 const real *w = W + rows[k] * LD;
                 for (integer a = 0; a < QUAD; a++) block[a] -= ALL(w[i + a]) * AT(w + j);
             }
-            turn(block, left + j * LD + i);
+            turn(block, left + j * LD + i, LD);
             if (j < i)
                 for (integer a = 0; a < QUAD; a++) PUT(left + (i + a) * LD + j, block[a]);
         }

@@ -25,6 +25,9 @@ static inline double seconds(void)
 static inline double seconds(void) { return 0; }
 #endif
 
+/* Stamps that single precision cannot tell apart, whose origin moves, are one; s. */
+#define SAME_S (sizeof(real) < sizeof(double) ? (real)1e-6 : 0)
+
 /* From what the stage's form keeps in an array P_: one state's variance, and all of P. */
 static inline real variance(const Model *m, const real *P, integer i);
 static void covariance_of(const Model *m, const real *P, real *covariance);
@@ -99,13 +102,18 @@ static integer remarks(const Model *m, const real *mean, const real *P, const re
     return status | digits;
 }
 
-/* Outputs that are not states, with their standard deviations, of a result's mean. */
-static void derive(const Model *m, const Result *r, real *result)
+/* Outputs that are not states, with their standard deviations. */
+static void derive(const Model *m, const real *mean, const real *covariance, real *derived, real *std)
 {
     if (!m->derived.evaluate) return;
-    const real *arguments[] = {result + r->mean, result + r->covariance};
-    real *results[] = {result + r->derived, result + r->derived_std};
+    const real *arguments[] = {mean, covariance};
+    real *results[] = {derived, std};
     call(m, &m->derived, arguments, results);
+}
+
+static void derive_result(const Model *m, const Result *r, real *result)
+{
+    derive(m, result + r->mean, result + r->covariance, result + r->derived, result + r->derived_std);
 }
 
 static void report(const Model *m, const Result *r, real *result, real time,
@@ -115,7 +123,7 @@ static void report(const Model *m, const Result *r, real *result, real time,
     result[r->time_s] = time;
     copy(result + r->mean, mean, m->n_x);
     covariance_of(m, P, result + r->covariance);
-    derive(m, r, result);
+    derive_result(m, r, result);
     for (integer row = 0; row < m->n_r; row++)
         result[r->innovation + row] = present[row] != 0 ? v[row] : NAN;
     copy(result + r->innovation_covariance, S, m->n_r * m->n_r);
@@ -132,7 +140,7 @@ static void report_late(const Model *m, const Result *r, real *result, real time
     result[r->time_s] = time;
     copy(result + r->mean, mean, m->n_x);
     covariance_of(m, P, result + r->covariance);
-    derive(m, r, result);
+    derive_result(m, r, result);
     for (integer i = 0; i < m->n_r; i++) result[r->innovation + i] = NAN;
     for (integer i = 0; i < m->n_r * m->n_r; i++) result[r->innovation_covariance + i] = NAN;
     result[r->status] = STATUS_LATE;

@@ -18,6 +18,7 @@ from estimation.loop import Loop as Loop  # mhe takes it from here
 from estimation.machine import Function, Machine, address, declared, kernel, kernel_fields
 from estimation.native import LOOPS, STRICT, CSource
 from estimation.result import checked_input, result_layout
+from estimation.stored import QUAD
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
@@ -98,7 +99,7 @@ def _loop_source(loop: Loop, structure: ctypes.Structure) -> CSource:
         if isinstance(member, ctypes.Structure) and not isinstance(member, Function)
     ]
     parts = [
-        *declared(loop_constants(loop), [*nested, type(structure)]),
+        *declared({"QUAD": QUAD, **loop_constants(loop)}, [*nested, type(structure)]),
         *engine_sources(loop, FORM_BEHIND_POINTERS),
     ]
     return CSource("\n".join(parts), (*STRICT, *LOOPS))

@@ -32,14 +32,18 @@ NO_FUNCTION = ""
 """In place of a function's name: the loop does without it."""
 IN_COVARIANCES = ("reflections.c", "root_use.c", "covariance_form.c", "covariance_use.c")
 """What loops ask of an array that holds a covariance, or a root where that is needed."""
+QUADS = "quads.c"
 STAGES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "covariance": (*IN_COVARIANCES, "linearise.c", "root_stage.c", "covariance_stage.c"),
+        "covariance": (
+            *(*IN_COVARIANCES, "linearise.c", "root_stage.c"),
+            *(QUADS, "covariance_stage.c"),
+        ),
         "root": ("reflections.c", "root_use.c", "linearise.c", "root_stage.c", "root_form.c"),
     }
 )
 """Form of the Kalman stage → its files; see `codegen.roots` for the second."""
-FORM_BEHIND_POINTERS = (*IN_COVARIANCES, "kernel_call.c")
+FORM_BEHIND_POINTERS = (QUADS, *IN_COVARIANCES, "kernel_call.c")
 """The form "covariance" whose stage is a library of its own, so that a loop knows no sizes."""
 
 
@@ -114,6 +118,7 @@ def engine_sources(loop: Loop, form: Sequence[str]) -> list[str]:
     ----------
     form : files of the Kalman stage, as of `STAGES`
     """
+    form = (QUADS, *form) if loop.lags and QUADS not in form else form
     front = _texts("sizes.c", "arrays.c", "engine.c", *form, "rest.c")
     return [*front, *(source.read_text("utf-8") for source in loop.sources)]
 
@@ -125,6 +130,7 @@ def kernel_sources() -> list[str]:
         "reflections.c",
         "root_stage.c",
         "covariance_form.c",
+        QUADS,
         "covariance_stage.c",
     )
     return _texts("sizes.c", "arrays.c", *stage, "kernel.c")

@@ -45,16 +45,23 @@ def report(
     layout.view(result, "cost")[...] = cost
     layout.view(result, "kkt")[...] = kkt
     layout.view(result, "reused")[...] = 0
-    tell_lagged(layout, result, lags, lagged)
+    tell_lagged(layout, derived, result, lags, lagged)
     return result
 
 
 def tell_lagged(
-    layout: Layout, result: Array, lags: Sequence[int], lagged: Sequence[LaggedState]
+    layout: Layout,
+    derived: Derived,
+    result: Array,
+    lags: Sequence[int],
+    lagged: Sequence[LaggedState],
 ) -> None:
     """Write what is known of earlier instants into a step's flat array."""
     for earlier in lagged:
         i = lags.index(earlier.lag)
         layout.view(result, "lagged_time")[i] = earlier.time_s
         layout.view(result, "lagged_mean")[i] = earlier.state.mean
-        layout.view(result, "lagged_covariance")[i] = earlier.state.covariance
+        P = layout.view(result, "lagged_covariance")[i] = earlier.state.covariance
+        values, std = derived.values(earlier.state.mean[None], P[None])
+        layout.view(result, "lagged_derived")[i] = values[0]
+        layout.view(result, "lagged_derived_std")[i] = np.where(np.isnan(P[0, 0]), np.nan, std[0])

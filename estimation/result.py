@@ -21,8 +21,8 @@ from models.frozen_mapping import FrozenMapping
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
-LAGGED = ("time", "mean", "covariance")
-"""Blocks of what is told of earlier instants."""
+LAGGED = ("time", "mean", "covariance", "derived", "derived_std")
+"""Blocks of what is told of earlier instants, behind ``lagged_``."""
 
 
 class Engine(Protocol):
@@ -101,6 +101,8 @@ def result_layout(model: StateSpaceModel, lags: Sequence[int] = ()) -> Layout:
             "lagged_time": (len(lags),),
             "lagged_mean": (len(lags), n_x),
             "lagged_covariance": (len(lags), n_x, n_x),
+            "lagged_derived": (len(lags), n_derived),
+            "lagged_derived_std": (len(lags), n_derived),
         },
     )
 
@@ -141,7 +143,7 @@ class ResultReader:
         )
 
     def _lagged(self, result: Array) -> tuple[LaggedState, ...]:
-        blocks = (self.layout.view(result, f"lagged_{name}") for name in LAGGED)
+        blocks = (self.layout.view(result, f"lagged_{name}") for name in LAGGED[:3])
         return tuple(
             LaggedState(lag, float(time_s), GaussianState(mean, P))
             for lag, time_s, mean, P in zip(self.lags, *blocks, strict=True)
@@ -193,14 +195,16 @@ class ResultReader:
     def _lagged_estimates(
         self, results: Array, covariances: bool
     ) -> FrozenMapping[int, LaggedEstimates]:
-        time_s, mean, P = (self.layout.view(results, f"lagged_{name}") for name in LAGGED)
+        blocks = (self.layout.view(results, f"lagged_{name}") for name in LAGGED)
+        time_s, mean, P, derived, derived_std = blocks
         return FrozenMapping(
             {
                 lag: LaggedEstimates(
                     time_s[:, i],
                     mean[:, i],
                     np.sqrt(np.diagonal(P[:, i], axis1=1, axis2=2)),
-                    *self.derived.values(mean[:, i], P[:, i]),
+                    derived[:, i],
+                    derived_std[:, i],
                     P[:, i] if covariances else None,
                 )
                 for i, lag in enumerate(self.lags)

@@ -14,12 +14,11 @@ from estimation.function_call import FunctionCall
 from estimation.kalman_stage import Prediction, Update
 from estimation.lagged import LaggedState
 from estimation.square_roots import spread_root
+from estimation.stage_limits import stage_limits
 from models.arrays import Array
 from models.gaussian import GaussianState
 
-LEAST_SHARE = 1e-13
-"""Of the variance P⁺ before later readings: P_s is a difference, and told is no less than what
-rounding leaves of that."""
+LEAST_SHARE = stage_limits(np.float64)["LEAST_SHARE"]
 
 
 def told_stages(lags: Sequence[int], count: int) -> list[tuple[int, int]]:
@@ -50,7 +49,7 @@ def look_back(
 
 
 class Smoother:
-    """Smoothed covariances from the factors of a forward pass.
+    """Smoothed covariances from the factors of a forward pass; mhe/compiled/smoothed_covariance.c.
 
     Parameters
     ----------
@@ -64,41 +63,57 @@ class Smoother:
         self, lags: Sequence[int], updates: Sequence[Update], predictions: Sequence[Prediction]
     ) -> dict[int, Array]:
         """Return stage → P_s (n_x, n_x) for each lag."""
-        stages = told_stages(lags, len(updates))
-        return {at: self._covariance(updates, predictions, at) for _, at in stages}
-
-    def _covariance(
-        self, updates: Sequence[Update], predictions: Sequence[Prediction], at: int
-    ) -> Array:
-        known = updates[at].state
-        P = np.array(
-            [
-                self.spread(known, unit + self._echo(updates, predictions, at, unit))
-                for unit in np.eye(len(known.mean))
-            ]
-        )
-        P = (P + P.T) / 2
-        own = np.diag_indices(len(P))
-        P[own] = np.maximum(P[own], LEAST_SHARE * np.diag(known.covariance))
-        return P
-
-    def _echo(
-        self, updates: Sequence[Update], predictions: Sequence[Prediction], at: int, unit: Array
-    ) -> Array:
-        """Return λ̂ that comes back from a shift of the stage's mean by -P⁺ times `unit`."""
-        shift, e = -self.spread(updates[at].state, unit), []
-        for ahead, u in zip(predictions[at:], updates[at + 1 :], strict=True):
-            e_shift, shift = self._call["propagate"](shift, ahead.F, u.W, u.L, u.H)
-            e.append(e_shift)
-        lam_hat = np.zeros(len(unit))
-        for k in reversed(range(at + 1, len(updates))):
-            u, ahead = updates[k], predictions[k - 1]
-            [lam] = self._call["absorb"](lam_hat, u.W, e[k - at - 1], u.L, u.H)
-            lam_hat, _ = self._call["retreat"](lam, ahead.F, ahead.G, np.ones(ahead.G.shape[1]))
-        return lam_hat
+        told, found = {at for _, at in told_stages(lags, len(updates))}, dict[int, Array]()
+        Lambda = np.zeros_like(updates[-1].state.covariance)
+        for k in reversed(range(min(told, default=len(updates)), len(updates))):
+            if k in told:
+                found[k] = _smoothed(updates[k].state.covariance, Lambda)
+            if k > min(told):
+                Lambda = _in_front(updates[k], Lambda)
+                Lambda = _through(predictions[k - 1].F, _through(predictions[k - 1].F, Lambda))
+        return found
 
     def spread(self, gaussian: GaussianState, v: Array) -> Array:
         """Return P v (n_x,)."""
         if gaussian.root is not None:
             return spread_root(gaussian.root, v)
         return self._call["spread"](gaussian.covariance, v)[0]
+
+
+def _smoothed(P: Array, Lambda: Array) -> Array:
+    """Return P⁺ - P⁺ Λ̂ P⁺."""
+    nothing = np.zeros_like(P)
+    left = _added(P, -_added(nothing, P, Lambda), P)
+    P_s: Array = (left + left.T) / 2
+    own = np.diag_indices(len(P))
+    P_s[own] = np.maximum(P_s[own], LEAST_SHARE * np.diag(P))
+    return P_s
+
+
+def _in_front(u: Update, Lambda: Array) -> Array:
+    """Return Λ of a stage from its Λ̂."""
+    n_r = len(u.e)
+    M = u.H.copy()
+    for r in range(n_r):
+        for q in range(r):
+            M[r] -= u.L[r, q] * M[q]
+        M[r] /= u.L[r, r]
+    A = _added(np.zeros_like(M), u.W.T, Lambda)
+    C = -0.5 * _added(np.eye(n_r), A, u.W)
+    taken = _added(np.zeros_like(Lambda), M.T, _added(A, C, M))
+    front: Array = Lambda - (taken + taken.T)
+    return front
+
+
+def _through(F: Array, Lambda: Array) -> Array:
+    """Return the transpose of Fᵀ Λ, ones on F's diagonal first."""
+    unit = np.diag(np.diag(F) == 1)
+    return _added(np.where(np.diag(unit)[:, None], Lambda, 0.0), np.where(unit, 0, F).T, Lambda).T
+
+
+def _added(start: Array, A: Array, B: Array) -> Array:
+    """Return start + A B, products added from the first on, as C does it."""
+    total = start.copy()
+    for column, row in zip(A.T, B, strict=True):
+        total += column[:, None] * row
+    return total

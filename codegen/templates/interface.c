@@ -34,8 +34,8 @@ int @{prefix}_step(@{prefix}_state *state, double time_s, const @{prefix}_real r
     @{entry}_step(own, state->memory[state->at], memory, time, y, told);
     if (!late) state->newest_s = time_s;
     state->at = !state->at;
-    @call_rebase
     estimate->time_s = state->newest_s;
 @numbers
+    @call_rebase
     return 0;
 }

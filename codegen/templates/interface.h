@@ -18,7 +18,7 @@ typedef @real @{prefix}_real;
 @states
 
 @derived
-
+@lags
 /* Readings of a measurement; NaN where there is none. */
 @readings
 

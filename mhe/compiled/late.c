@@ -32,7 +32,9 @@ static Place place_of(const Window *s, const real *given, real time, const real 
     Place place = {before, before == s->n_stages, 0, 0};
     while (place.at > 0 && times[place.at - 1] > time) place.at--;
     place.is_late = place.at < before;
-    for (integer k = place.at - 1; place.is_late && k >= 0 && times[k] == time; k--)
+    integer k = place.at;
+    while (k < before - 1 && times[k] <= time + SAME_S) k++;
+    for (k--; place.is_late && k >= 0 && times[k] >= time - SAME_S; k--)
         if (has_room(s, given, k, y)) {
             const Place joined = {k, 0, 1, 1};
             return joined;

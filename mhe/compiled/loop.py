@@ -12,6 +12,7 @@ from estimation.engine import CompiledEngine, Loop
 from estimation.layout import Layout
 from estimation.linearisation import loop_functions, triangle
 from estimation.loop import NO_FUNCTION
+from estimation.outputs import derived_outputs
 from estimation.rest import rest_constants, rest_fields
 from estimation.stored import stored
 from mhe import constraint_rows
@@ -19,7 +20,6 @@ from mhe.arrival_cost import ARRIVAL_COSTS
 from mhe.compiled.workspace import workspace
 from mhe.config import Clock, RealTimeConfig
 from mhe.domain import limits
-from mhe.look_back import LEAST_SHARE
 from mhe.loss import LEAST_SQUARES
 from mhe.reuse import SETTLED, reuse_threshold
 from mhe.rules import ACTIVE_SET, DESCENT, most_active
@@ -29,10 +29,10 @@ from models.arrays import Array
 from models.state_space import StateSpaceModel
 
 PASS_SOURCES = (
-    *("trajectory.c", "factors.c", "smoother.c", "lagged.c", "active_set.c", "deadline.c"),
-    "one_pass.c",
+    *("trajectory.c", "factors.c", "smoother.c", "smoothed_covariance.c", "lagged.c"),
+    *("active_set.c", "deadline.c", "one_pass.c"),
 )
-LAGGED_SOURCE = "lagged.c"
+LAGGED_SOURCES = ("smoothed_covariance.c", "lagged.c")
 DESCENT_SOURCES = ("descent.c", "second_start.c")
 WINDOW_SOURCES = ("late.c", "slide.c", "window.c")
 FUNCTIONS_OF: Mapping[str, tuple[str, ...]] = {
@@ -77,7 +77,7 @@ def window_loop(
     carry = carry_function(model) if scheme.converges else None
     carried = [] if carry is None else [[carry]]
     descent = DESCENT_SOURCES if parts["CONVERGES"] else ()
-    sources = [name for name in PASS_SOURCES if parts["LAGGED"] or name != LAGGED_SOURCE]
+    sources = [name for name in PASS_SOURCES if parts["LAGGED"] or name not in LAGGED_SOURCES]
     return Loop(
         sources=[Path(__file__).with_name(name) for name in (*sources, *descent, *WINDOW_SOURCES)],
         entry="window",
@@ -111,6 +111,7 @@ def window_loop(
             "most_active": most,
             "n_lags": len(config.lags),
             "lags": np.array(config.lags, dtype=np.int64),
+            "n_derived": len(derived_outputs(model).names),
             "row_conditions": constraint_rows.needs(model),
             "arrival": list(ARRIVAL_COSTS).index(config.arrival_cost),
             "constant_covariance": stored(model.prior),
@@ -129,7 +130,6 @@ def window_loop(
             **ACTIVE_SET,
             "SETTLED": SETTLED,
             "LEAST_SQUARES": LEAST_SQUARES,
-            "LEAST_SHARE": LEAST_SHARE,
             **rest_constants(model),
             **{part: int(is_in) for part, is_in in parts.items()},
         },

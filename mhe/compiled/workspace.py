@@ -98,11 +98,12 @@ def workspace(
         "v_first": n_r,
         "S_first": n_r * n_r,
     }
+    rows = stride(n_r)
     lagged = {
         "x_lagged": n_lags * n_x,
         "P_lagged": n_lags * n_x * n_x,
-        "e_lagged": n_stages * n_r * n_x if n_lags else 0,
-        "all_lagged": n_x * n_x,
+        **dict.fromkeys(("costates", "square", "turned", "P_told"), row * row),
+        "rows_lagged": rows * (3 * row + rows),
     }
     sizes = {
         **{name: n_stages * width for name, width in per_stage.items()},
@@ -114,6 +115,7 @@ def workspace(
     return {
         **{name: np.zeros(size) for name, size in sizes.items()},
         "ring": np.zeros(2, dtype=np.int64),
+        **({"rows_there": np.zeros(n_r, dtype=np.int64)} if parts["LAGGED"] else {}),
         "told": np.zeros(1, dtype=np.int64),
         "set": np.zeros(most_held + 1, dtype=np.int64),
         "unit_noises": np.ones(n_stages * n_w),

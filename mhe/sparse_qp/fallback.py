@@ -12,6 +12,7 @@ import time
 import numpy as np
 
 from estimation.layout import Layout
+from estimation.outputs import derived_outputs
 from estimation.recording import Measurement
 from estimation.status import Status
 from mhe import constraint_rows
@@ -36,7 +37,7 @@ class Fallback:
         self, model: StateSpaceModel, config: RealTimeConfig, memory: Layout, result: Layout
     ) -> None:
         self._model, self._config = model, config
-        self._memory, self._result = memory, result
+        self._memory, self._result, self._derived = memory, result, derived_outputs(model)
         self._solver: SequentialQp | None = None
         self._is_possible = constraint_rows.count(model) > 0 and config.deadline_s is None
 
@@ -71,8 +72,18 @@ class Fallback:
         view(result, "iterations")[...] += found.solution.iterations
         for i, (_, at) in enumerate(told_stages(self._config.lags, len(window.times))):
             view(result, "lagged_mean")[i] = window.x[at]
+        self._derive(result, "")
+        self._derive(result, "lagged_")
         view(result, "step_time_s")[...] += time.perf_counter() - start
         return memory, result
+
+    def _derive(self, result: Array, prefix: str) -> None:
+        """Derive again what people read, of the newest state or of all lags."""
+        n_x, names = self._model.n_x, ("mean", "covariance", "derived", "derived_std")
+        mean, P, derived, std = (self._result.view(result, prefix + name) for name in names)
+        found = self._derived.values(mean.reshape(-1, n_x), P.reshape(-1, n_x, n_x))
+        derived[...] = found[0].reshape(derived.shape)
+        std[...] = found[1].reshape(std.shape)
 
     def _measurement(self, time_s: float, y: Array, present: Array) -> Measurement:
         """Return a stage's measurement: a reading that no used row needs counts as missing."""

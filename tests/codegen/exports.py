@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from codegen.export import Export, export_texts
@@ -13,9 +14,10 @@ from codegen.exportable import exportable
 from codegen.exported import Exported
 from ekf_baseline.ekf import Ekf
 from estimation import native
-from estimation.estimate import Estimate
+from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import Estimator
 from estimation.recording import Measurement
+from estimation.result import ResultReader
 from mhe.realtime import MheRti
 from models.state_space import StateSpaceModel
 from tests.configs import config_for
@@ -64,3 +66,14 @@ def interpreted(
 def told(estimator: Estimator[Any], measurements: Sequence[Measurement]) -> list[Estimate]:
     """Return the estimates of all steps, without windows, which an export does not tell."""
     return [replace(estimate, window=None) for estimate in steps(estimator, measurements)]
+
+
+def history(estimator: Exported, measurements: Iterable[Measurement]) -> EstimateHistory:
+    """Return all that an export tells, from its own structure, as a history."""
+    estimator.init()
+    rows = []
+    for measurement in measurements:
+        estimator.take(measurement.time_s, measurement.y)
+        rows.append(estimator.told())
+    reader = ResultReader(estimator.model, estimator.exported.loop.lags)
+    return reader.history(estimator.name, np.array(rows), covariances=True)

@@ -87,12 +87,14 @@ def test_every_status_has_its_bit_and_sentence() -> None:
         assert f"#define PEN_STATUS_{name} {member.value}u /* {SENTENCES[member]} */" in HEADER
 
 
-def test_every_block_of_a_result_is_told() -> None:
-    layout = result_layout(PEN)
+@pytest.mark.parametrize("lags", [(), (3, 5)])
+def test_every_block_of_a_result_is_told(lags: tuple[int, ...]) -> None:
+    layout = result_layout(PEN, lags)
     named = {field.name for field in estimate_fields(layout)}
     assert named >= {block for block, shape in layout.shapes.items() if np.prod(shape)}
     of_lags = {block for block in layout.shapes if block.startswith("lagged_")}
     assert named >= set(layout.shapes) - of_lags, "this pen has all blocks that C tells"
+    assert bool(lags) == (named >= of_lags)
     places = offsets(layout)
     ends = [
         places[block] + i
@@ -103,13 +105,16 @@ def test_every_block_of_a_result_is_told() -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize(
-    ("real", "c_type"), [("double", ctypes.c_double), ("float", ctypes.c_float)]
-)
-def test_python_and_c_agree_on_the_estimate(real: str, c_type: type, tmp_path: Path) -> None:
-    export = made("ekf", pens.draw_pen_run(20, seed=11).model, real)
-    fields = estimate_fields(result_layout(export.exported.model))
-    structure = estimate_structure(fields, c_type)
+@pytest.mark.parametrize("lags", [(), (1, 2, 4)])
+@pytest.mark.parametrize("real", C_TYPES)
+def test_python_and_c_agree_on_the_estimate(
+    real: str, lags: tuple[int, ...], tmp_path: Path
+) -> None:
+    settings = {"horizon": 4, "lag_samples": lags} if lags else None
+    name = "mhe-rti" if lags else "ekf"
+    export = made(name, pens.draw_pen_run(20, seed=11).model, real, settings=settings)
+    fields = estimate_fields(result_layout(export.exported.model, lags))
+    structure = estimate_structure(fields, C_TYPES[real])
     source = "\n".join(
         [
             '#include "pen.h"',

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 import pen_mhe as pm
-from codegen.exportable import exportable
 from estimation.estimate import EstimateHistory
 from estimation.estimator import BatchEstimator, Estimator, run, run_measurements
 from estimation.recording import Measurement
@@ -260,11 +259,6 @@ def test_kept_factors_cost_a_lag_no_more_than_the_newest(rate_hz: float) -> None
         assert np.abs(one.std / other.std - 1).max() < 0.01
     assert rms[14] < 1.25 * rms[0]
     assert rms[14] < 0.02
-
-
-def test_an_export_has_no_lag_yet() -> None:
-    with pytest.raises(InputError, match=r"lag_samples is \(2,\), which C does not tell yet"):
-        exportable("mhe-rti", pendulum.model(), lag_samples=2)
 
 
 @pytest.mark.parametrize("kind", [MheConfig, MheRtiConfig])
