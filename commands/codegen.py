@@ -32,6 +32,12 @@ def codegen(
     deadline: Annotated[
         float | None, typer.Option(help="Of such an estimator: s per step, by a clock of yours.")
     ] = None,
+    lag_samples: Annotated[
+        list[int] | None,
+        typer.Option(
+            help="Of such an estimator: tell of so many samples ago too; several by more."
+        ),
+    ] = None,
     float32: Annotated[
         bool, typer.Option("--float32", help="Single precision, with square roots of covariances.")
     ] = False,
@@ -55,6 +61,7 @@ def codegen(
                 estimator=estimator or DEFAULT_EXPORT,
                 horizon=horizon,
                 deadline_s=deadline,
+                lag_samples=tuple(lag_samples or ()),
                 real="float" if float32 else "double",
                 form="root" if roots else None,
                 prefix=prefix,

@@ -28,6 +28,7 @@ class CodegenRequest:
     pen, sensors, writing_area, rest : see `models.pen_file.load_pen` and `models.pen.pen_model`
     estimator : one of `codegen.exportable.EXPORTABLE`
     horizon, deadline_s : of an estimator with a window; None takes the default
+    lag_samples : at which such an estimator tells of earlier instants too
     real : ``double`` or ``float``
     form : one of `estimation.loop.STAGES`; None takes the default of the precision
     prefix : of the files' and the functions' names
@@ -41,6 +42,7 @@ class CodegenRequest:
     estimator: str
     horizon: int | None
     deadline_s: float | None
+    lag_samples: tuple[int, ...]
     real: str
     form: str | None
     prefix: str
@@ -81,5 +83,9 @@ def run_codegen(request: CodegenRequest) -> None:
 
 def _settings(request: CodegenRequest) -> dict[str, Any]:
     """Return the settings that were given."""
-    asked = {"horizon": request.horizon, "deadline_s": request.deadline_s}
+    asked = {
+        "horizon": request.horizon,
+        "deadline_s": request.deadline_s,
+        "lag_samples": request.lag_samples or None,
+    }
     return {name: value for name, value in asked.items() if value is not None}

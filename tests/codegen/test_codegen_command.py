@@ -47,6 +47,20 @@ def test_horizon_and_prefix(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("unmeasured")
+def test_lags(tmp_path: Path) -> None:
+    options = ("--sensors", "accel", "--horizon", "7")
+    call(tmp_path, *options, "--lag-samples", "2", "--lag-samples", "5")
+    header = (tmp_path / "pen.h").read_text()
+    assert "PEN_LAG_2 = 0, " in header
+    assert "PEN_LAG_5 = 1, " in header
+    refused = call(tmp_path, *options, "--lag-samples", "8")
+    assert refused.exit_code == 2
+    assert "expected at most 7" in refused.stderr
+    refused = call(tmp_path, *options[:2], "--estimator", "ekf", "--lag-samples", "8")
+    assert "lag_samples" in refused.stderr
+
+
+@pytest.mark.usefixtures("unmeasured")
 def test_roots_in_double_too(tmp_path: Path) -> None:
     for options, form in (((), "covariance form"), (("--roots",), "root form")):
         call(tmp_path, "--sensors", "accel", "--estimator", "ekf", *options)
