@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from benchmark.console import console, print_table
-from commands.pen_output import prepare_pen_output
+from commands.pen_output import check_pen_output
 from pen_mhe.calibration.still import calibrate_still
 
 
@@ -19,7 +19,7 @@ def run_still(
     units: Mapping[str, str],
 ) -> None:
     """Calibrate on still poses, write the pen file, and say how sure its numbers are."""
-    prepare_pen_output(output, pen)
+    check_pen_output(output, pen, recordings)
     found = calibrate_still(recordings, pen, sensors=sensors, find=find, units=units)
     found.write(output)
     print_table(

@@ -6,7 +6,9 @@ there twice counts as it was found last.
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +17,8 @@ from typing import IO, Any, Generic, Self, TypeVar
 
 from filelock import FileLock, Timeout
 
+from estimation.output_file import one_sentence_for
+from estimation.output_folder import make_folder
 from models.errors import InputError
 
 TaskT = TypeVar("TaskT")
@@ -50,7 +54,7 @@ class Journal(Generic[TaskT, ResultT]):
 
     Parameters
     ----------
-    path : of the file; its folder is made where it is missing
+    path : of the file; its folder is made where it is missing, see `estimation.output_folder`
     lines : what stands in a line
 
     Raises
@@ -66,9 +70,11 @@ class Journal(Generic[TaskT, ResultT]):
         self._lock = FileLock(path.with_name(f"{path.name}.lock"))
         self._offsets: dict[tuple[str, str], int] = {}
         self._file: IO[bytes] | None = None
+        self._makes_folder = False
 
     def __enter__(self) -> Self:
-        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._makes_folder = not self.path.parent.exists()
+        make_folder(self.path.parent)
         try:
             self._lock.acquire(blocking=False)
         except Timeout:
@@ -76,8 +82,9 @@ class Journal(Generic[TaskT, ResultT]):
                 f"output {self.path.parent} is being written by another run, expected one at a time"
             ) from None
         try:
-            self._file = open(self.path, "a+b")  # closed in __exit__
-            self._index()
+            with one_sentence_for(self.path):
+                self._file = open(self.path, "a+b")  # closed in __exit__
+                self._index()
         except BaseException:
             self.__exit__(None, None, None)
             raise
@@ -90,6 +97,8 @@ class Journal(Generic[TaskT, ResultT]):
         trace: TracebackType | None,
     ) -> None:
         if self._file is not None:
+            if not os.fstat(self._file.fileno()).st_size:
+                self._remove()
             self._file.close()
         self._lock.release()
 
@@ -98,13 +107,24 @@ class Journal(Generic[TaskT, ResultT]):
         return (self._lines.key(task), identity) in self._offsets
 
     def append(self, task: TaskT, identity: str, result: ResultT) -> None:
-        """Add a finished task; it is with the operating system when this returns."""
+        """Add a finished task; it is with the operating system when this returns.
+
+        Raises
+        ------
+        InputError
+            If the line cannot be written; no part of it stays.
+        """
         line = {"identity": identity, **self._lines.encoded(task, result)}
-        file = self._open()
-        file.seek(0, 2)
-        offset = file.tell()
-        file.write(json.dumps(line, ensure_ascii=False).encode() + b"\n")
-        file.flush()
+        left = json.dumps(line, ensure_ascii=False).encode() + b"\n"
+        held = self._open().fileno()
+        offset = os.fstat(held).st_size
+        with one_sentence_for(self.path):
+            try:
+                while left:
+                    left = left[os.write(held, left) :]
+            except BaseException:
+                os.ftruncate(held, offset)
+                raise
         self._offsets[self._lines.key(task), identity] = offset
 
     def read(self, task: TaskT, identity: str) -> ResultT:
@@ -126,6 +146,14 @@ class Journal(Generic[TaskT, ResultT]):
     def _open(self) -> IO[bytes]:
         assert self._file is not None, "the journal is used as a context manager"
         return self._file
+
+    def _remove(self) -> None:
+        """Leave nothing of a run that has finished no task."""
+        self.path.unlink()
+        if self._makes_folder:
+            with contextlib.suppress(OSError):  # what else was written stays
+                Path(self._lock.lock_file).unlink()
+                self.path.parent.rmdir()
 
     def _index(self) -> None:
         """Find every line; cut off what a kill left of the last one."""

@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 
 from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, Results
 from benchmark.tasks.task import Outcome, Quantity, Task
+from estimation.output_file import whole_files
 from models.errors import InputError
 from models.version import version_metadata
 
@@ -41,11 +42,10 @@ def write_tables(tasks: Iterable[Task], read: Callable[[Task], Outcome], folder:
     read : a task's outcome
     """
     paths = {RESULTS: RESULT_COLUMNS, SERIES: SERIES_COLUMNS}
-    partial = {name: folder / f"{name}.part" for name in paths}
-    with ExitStack() as stack:
+    with whole_files([folder / name for name in paths]) as files, ExitStack() as stack:
         writers = {
-            name: stack.enter_context(pq.ParquetWriter(partial[name], _schema(columns)))
-            for name, columns in paths.items()
+            name: stack.enter_context(pq.ParquetWriter(file, _schema(columns)))
+            for file, (name, columns) in zip(files, paths.items(), strict=True)
         }
         waiting = iter(tasks)
         while some := [(task, read(task)) for task in islice(waiting, TASKS_AT_A_TIME)]:
@@ -54,8 +54,6 @@ def write_tables(tasks: Iterable[Task], read: Callable[[Task], Outcome], folder:
             for task, outcome in some:
                 for table in _series_tables(task, outcome):
                     writers[SERIES].write_table(table)
-    for name in paths:
-        partial[name].replace(folder / name)
 
 
 def result_rows(task: Task, outcome: Outcome) -> Iterator[dict[str, Any]]:
