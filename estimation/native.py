@@ -11,33 +11,29 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import errno
 import hashlib
 import os
 import platform
 import shutil
-import signal
-import subprocess
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import casadi as ca
 
+from estimation.compile_c import CSource as CSource  # callers find it here
+from estimation.compile_c import NotCompilableError as NotCompilableError
+from estimation.compile_c import build
 from estimation.compile_cache import (
-    VARIABLE,
     believed,
     cache_directory,
     is_whole,
     private_folder,
     writable,
-    write_sealed,
 )
-from estimation.half_made import half_made_folder
 from models.errors import InputError
 
 FLAGS = (
@@ -89,21 +85,6 @@ def processor() -> str:
     return f"{platform.machine()} {platform.processor()}"
 
 
-@dataclass(frozen=True)
-class CSource:
-    """C99 of one shared library.
-
-    Parameters
-    ----------
-    flags : the compiler's options in addition to `FLAGS`
-    is_of_model : whether a model decides if it can be compiled
-    """
-
-    text: str
-    flags: tuple[str, ...] = ()
-    is_of_model: bool = False
-
-
 def compiled(function: ca.Function) -> ca.Function:
     """Return the function as machine code, or itself where there is no compiler.
 
@@ -120,10 +101,6 @@ def compiled(function: ca.Function) -> ca.Function:
         return function
     [library] = shared_libraries([CSource(generated([function]))])
     return ca.external(function.name(), str(library))
-
-
-class NotCompilableError(RuntimeError):
-    """A generated function is no C that this machine can compile; the message says why."""
 
 
 def generated(functions: Sequence[ca.Function]) -> str:
@@ -156,7 +133,7 @@ def shared_libraries(sources: Sequence[CSource]) -> list[Path]:
     missing = [target for target in by_target if not _is_usable(target)]
     if missing:
         with _notice(), ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-            list(pool.map(lambda target: _build(gcc, by_target[target], target), missing))
+            list(pool.map(lambda target: build((gcc, *FLAGS), by_target[target], target), missing))
     return [_loading(gcc, by_target[target], target) for target in targets]
 
 
@@ -188,7 +165,7 @@ def _loading(gcc: str, source: CSource, target: Path) -> Path:
     for path, is_new in ((target, False), (target, True), (elsewhere, True)):
         try:
             if is_new:
-                _build(gcc, source, path)
+                build((gcc, *FLAGS), source, path)
             ctypes.CDLL(str(path))
         except (OSError, InputError) as error:
             if reason is None:
@@ -207,45 +184,6 @@ def _say_again(target: Path, reason: str) -> None:
 def _key(place: str, gcc: str, source: CSource) -> str:
     told = "\0".join((place, gcc, *FLAGS, *source.flags, source.text))
     return hashlib.sha256(told.encode()).hexdigest()[:24]
-
-
-NO_ROOM = (
-    *(os.strerror(number) for number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)),
-    *([str(signal.strsignal(signal.SIGXFSZ))] if hasattr(signal, "SIGXFSZ") else []),
-)
-"""What a compiler says that could not write its files."""
-
-
-def _build(gcc: str, source: CSource, target: Path) -> None:
-    try:
-        target.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with half_made_folder(target) as scratch:
-            write_sealed(_library(gcc, source, scratch), target)
-    except OSError as error:
-        raise _no_room(target.parent, error.strerror or str(error)) from None
-
-
-def _library(gcc: str, source: CSource, scratch: Path) -> bytes:
-    code, built = scratch / "generated.c", scratch / "built.so"
-    code.write_text(source.text)
-    arguments = [gcc, *FLAGS, *source.flags, str(code), "-o", str(built), "-lm"]
-    environment = {**os.environ, "TMPDIR": str(scratch), "LC_ALL": "C"}
-    result = subprocess.run(arguments, capture_output=True, text=True, env=environment)
-    if result.returncode == 0:
-        return built.read_bytes()
-    said = result.stderr.strip()
-    for reason in NO_ROOM:
-        if reason in said:
-            raise _no_room(scratch.parent, reason)
-    kind = NotCompilableError if source.is_of_model else RuntimeError
-    raise kind(f"{gcc} could not compile C: {said}")
-
-
-def _no_room(folder: Path, reason: str) -> InputError:
-    return InputError(
-        f"cache {folder}: {reason}, expected room for compiled functions; "
-        f"{VARIABLE} names another folder"
-    )
 
 
 @cache

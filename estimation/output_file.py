@@ -54,6 +54,28 @@ def write_whole_files(folder: Path, contents: Mapping[str, str | bytes]) -> None
             file.write(_bytes(content))
 
 
+def append_whole(path: str | Path, file: IO[bytes], content: bytes) -> int:
+    """Append to an open file, or leave it as it was; return where what was added begins.
+
+    Raises
+    ------
+    InputError
+        For any error of the system.
+    """
+    held = file.fileno()
+    start = os.fstat(held).st_size
+    with one_sentence_for(path):
+        try:
+            while content:
+                content = content[os.write(held, content) :]
+        except BaseException:
+            os.ftruncate(held, start)
+            raise
+        finally:
+            file.seek(0, os.SEEK_END)  # what it has read ahead is old
+    return start
+
+
 def check_file(path: str | Path) -> None:
     """Refuse a file that cannot be written, before the work that would be lost; makes nothing.
 
@@ -70,7 +92,13 @@ def check_file(path: str | Path) -> None:
 
 @contextmanager
 def one_sentence_for(*paths: str | Path) -> Iterator[None]:
-    """Turn an error of the system into the sentence of an output: of a file, or of a folder."""
+    """Turn an error of the system into the sentence of a file, or of the folder of several.
+
+    Raises
+    ------
+    InputError
+        For any error of the system within the block.
+    """
     try:
         yield
     except OSError as error:
@@ -99,7 +127,7 @@ def placed(paths: Sequence[str | Path]) -> Iterator[list[IO[bytes]]]:
             _flush_folder(folder)
 
 
-class _Part:
+class PartFile:
     """A file that is being written.
 
     Parameters
@@ -113,11 +141,13 @@ class _Part:
         self.file, self.place, self.path = file, place, path
 
     def flush(self) -> None:
+        """Bring what was written to the disk."""
         self.file.flush()
         if self.path is not None:
             os.fsync(self.file.fileno())
 
     def put_in_place(self) -> None:
+        """Let it take the place of the old one."""
         if self.path is None:
             return
         if not HAS_LOCKS:  # Windows moves no open file
@@ -126,12 +156,12 @@ class _Part:
 
 
 @contextmanager
-def _part(path: str | Path) -> Iterator[_Part]:
+def _part(path: str | Path) -> Iterator[PartFile]:
     before = _state(path)
     _check_writable(path, before)
     if _is_direct(before):
         with open(path, "wb") as file:
-            yield _Part(file, Path(path), None)
+            yield PartFile(file, Path(path), None)
         return
     place = Path(os.path.realpath(path))
     with half_made_file(place) as (beside, held):
@@ -140,7 +170,7 @@ def _part(path: str | Path) -> Iterator[_Part]:
                 os.fchown(held, before.st_uid, before.st_gid)
             os.fchmod(held, stat.S_IMODE(before.st_mode))
         with _forgiving(os.fdopen(held, "wb", closefd=not HAS_LOCKS)) as file:
-            yield _Part(file, place, beside)
+            yield PartFile(file, place, beside)
 
 
 @contextmanager

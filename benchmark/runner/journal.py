@@ -17,7 +17,7 @@ from typing import IO, Any, Generic, Self, TypeVar
 
 from filelock import FileLock, Timeout
 
-from estimation.output_file import one_sentence_for
+from estimation.output_file import append_whole, one_sentence_for
 from estimation.output_folder import make_folder
 from models.errors import InputError
 
@@ -109,22 +109,11 @@ class Journal(Generic[TaskT, ResultT]):
     def append(self, task: TaskT, identity: str, result: ResultT) -> None:
         """Add a finished task; it is with the operating system when this returns.
 
-        Raises
-        ------
-        InputError
-            If the line cannot be written; no part of it stays.
+        Raises `InputError` where the line cannot be written: no part of it stays.
         """
         line = {"identity": identity, **self._lines.encoded(task, result)}
-        left = json.dumps(line, ensure_ascii=False).encode() + b"\n"
-        held = self._open().fileno()
-        offset = os.fstat(held).st_size
-        with one_sentence_for(self.path):
-            try:
-                while left:
-                    left = left[os.write(held, left) :]
-            except BaseException:
-                os.ftruncate(held, offset)
-                raise
+        written = json.dumps(line, ensure_ascii=False).encode() + b"\n"
+        offset = append_whole(self.path, self._open(), written)
         self._offsets[self._lines.key(task), identity] = offset
 
     def read(self, task: TaskT, identity: str) -> ResultT:
