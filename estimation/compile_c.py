@@ -73,11 +73,15 @@ def _library(compiler: Sequence[str], source: CSource, scratch: Path) -> bytes:
     if result.returncode == 0:
         return built.read_bytes()
     said = result.stderr.strip()
-    for reason in NO_ROOM:
-        if reason in said:
-            raise _no_room(scratch.parent, reason)
+    if reason := lack_of_room(said):
+        raise _no_room(scratch.parent, reason)
     kind = NotCompilableError if source.is_of_model else RuntimeError
     raise kind(f"{compiler[0]} could not compile C: {said}")
+
+
+def lack_of_room(said: str) -> str | None:
+    """Return why a compiler could not write its files, from what it said; None where it could."""
+    return next((reason for reason in NO_ROOM if reason in said), None)
 
 
 def _no_room(folder: Path, reason: str) -> InputError:

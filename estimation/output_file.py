@@ -20,6 +20,8 @@ from typing import IO
 from estimation.half_made import HAS_LOCKS, half_made_file
 from models.errors import InputError
 
+_EFFECTIVE = os.access in os.supports_effective_ids
+
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[IO[bytes]]:
@@ -195,7 +197,7 @@ def _check_writable(path: str | Path, state: os.stat_result | None) -> None:
     if state is None:
         return
     number = errno.EISDIR if stat.S_ISDIR(state.st_mode) else errno.EACCES
-    if number == errno.EISDIR or not os.access(path, os.W_OK):
+    if number == errno.EISDIR or not os.access(path, os.W_OK, effective_ids=_EFFECTIVE):
         raise OSError(number, os.strerror(number))
 
 
