@@ -46,14 +46,14 @@ def run_benchmark(
     output : folder; an interrupted run continues there
     command : to repeat the run with, for the report
     """
+    check_folder(output)
+    check_apart([output / name for name in (*RUN, *REPORT, JOURNAL)], _read_files(scope))
     for name in suites:
         if line := find_suite(name).missing(scope):
             console.print(line)
     tasks = chosen_tasks(suites, scope)
     if not tasks:
         raise InputError(f"suites {', '.join(suites)} have no tasks, expected some")
-    check_folder(output)
-    check_apart([output / name for name in (*RUN, *REPORT, JOURNAL)], _read_files(scope))
     run = about(command, list(suites), scope.seeds)
     for name in suites:
         run |= find_suite(name).own(scope)

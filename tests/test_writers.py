@@ -136,7 +136,9 @@ def warm(tmp_path_factory: pytest.TempPathFactory) -> None:
 
 
 @pytest.mark.parametrize("name", WRITERS)
-@pytest.mark.parametrize("is_new", [False, True], ids=["old", "new"])
+@pytest.mark.parametrize(
+    "is_new", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["old", "new"]
+)
 def test_sigkill_at_every_file_operation(name: str, is_new: bool, tmp_path: Path) -> None:
     folder, target = tmp_path / "folder", tmp_path / "target"
     folder.mkdir()
