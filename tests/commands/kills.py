@@ -30,6 +30,7 @@ from benchmark.tasks.results import TIMING_COLUMNS
 from benchmark.tasks.task import Task
 from commands import benchmark_run
 from commands.cli import app
+from estimation.recording import Recording
 from models.pen_file import load_pen
 from recordings.formats.tables import recording_to_table, write_table
 from tests.pen_mhe.calibration.poses import TWENTY, board
@@ -104,8 +105,6 @@ def prepare(folder: Path) -> None:
         rng = np.random.default_rng(n)
         times = np.arange(0.0, 9.0, 0.05)
         rates = 0.01 * rng.standard_normal((len(times), 3))
-        from estimation.recording import Recording
-
         still = Recording.from_sensors("still", {"gyro": (times, rates)})
         write_table(recording_to_table(still, load_pen("dpoint")), Path(f"still{n}.csv"))
         poses = board(n + 1, TWENTY, rest_s=2.0).recording
@@ -149,7 +148,8 @@ def read(path: Path) -> object:
         return sorted(json.loads(path.read_text("utf-8")))
     if path.name == "report.html":
         text = path.read_text("utf-8")
-        assert text.startswith("<!") and text.rstrip().endswith("</html>")
+        assert text.startswith("<!")
+        assert text.rstrip().endswith("</html>")
         return "a page"
     if path.name == "report.md":
         assert path.read_text("utf-8").endswith("\n")
@@ -161,10 +161,8 @@ def read(path: Path) -> object:
 
 def results(folder: Path, written: tuple[str, ...]) -> dict[str, object]:
     """Return what all files of a command say, without journals and what is half made."""
-    paths = [Path(name) for name in written]
-    paths = [
-        file for path in paths for file in (sorted((folder / path).rglob("*")) or [folder / path])
-    ]
+    tops = [folder / name for name in written]
+    paths = [path for top in tops for path in (top, *sorted(top.rglob("*")))]
     return {
         path.relative_to(folder).as_posix(): read(path)
         for path in paths
@@ -229,12 +227,7 @@ def kill_all(kills: int, seed: int, folder: Path) -> Tally:
         if number >= kills - len(names):
             run(command.words(1))
             judge(tally, f"{name} again", folder, command, [found[name][1]] * 2)
-            left = [
-                str(path)
-                for each in command.written
-                for path in (folder / each).parent.rglob("*.part")
-            ]
-            if left:
+            if left := half_made(folder, command):
                 tally.faults.append(f"{name}: {left} left")
     return tally
 
@@ -261,13 +254,19 @@ def judge(
     odd = sorted(file for file, said in there.items() if said not in (old.get(file), new.get(file)))
     if lost or odd:
         tally.faults.append(f"{what}: lost {lost}, neither old nor new {odd}")
-    tally.left += any(path.name.endswith(".part") for path in folder.rglob("*.part"))
+    tally.left += bool(half_made(folder, command))
     if there == new:
         tally.new += 1
     elif there == old:
         tally.old += 1
     else:
         tally.between += 1
+
+
+def half_made(folder: Path, command: Killed) -> list[Path]:
+    """Return what is half made beside and within what a command writes."""
+    found = [path for name in command.written for path in (folder / name).rglob("*.part")]
+    return found + [path for name in command.written for path in folder.glob(f".{name}.*.part")]
 
 
 def old_tasks(folder: Path) -> list[tuple[Task, str]]:
