@@ -12,6 +12,7 @@ from codegen.export import Export, export_texts
 from codegen.exportable import exportable, is_timed
 from codegen.header import state_units, title
 from codegen.names import macros
+from codegen.one_export import of_one_export
 from codegen.sizes import Sizes, find_target, measure, size_words
 from codegen.template import AtTemplate, filled
 from estimation.output_file import write_whole_files
@@ -83,10 +84,11 @@ def export_files(export: Export, sizes: Sizes | None, command: str) -> Mapping[s
     """
     prefix = export.prefix
     about = title(export.exported, export.precision, export.form)
+    header, source, generated = of_one_export(export)
     return {
-        f"{prefix}.h": export.header,
-        f"{prefix}.c": export.source,
-        f"{prefix}_model.c": export.generated,
+        f"{prefix}.h": header,
+        f"{prefix}.c": source,
+        f"{prefix}_model.c": generated,
         "main.c": example_program(export),
         "CMakeLists.txt": filled("CMakeLists.txt", prefix=prefix, title=about),
         "README.md": _readme(export, sizes, command, about),
