@@ -6,7 +6,7 @@ import contextlib
 import errno
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from models.errors import InputError
@@ -37,12 +37,26 @@ def check_folder(folder: Path) -> None:
             pass
 
 
-def make_folder(folder: Path) -> None:
-    """Make a folder where there is none; raises `InputError` as `check_folder` does."""
+def make_folder(folder: Path) -> bool:
+    """Make a folder where there is none; raises `InputError` as `check_folder` does.
+
+    Returns
+    -------
+    Whether there was none.
+    """
     with _one_sentence(folder):
         if folder.parent == RESULTS:
             RESULTS.mkdir(exist_ok=True)
+        is_new = not folder.exists()
         folder.mkdir(exist_ok=True)
+    return is_new
+
+
+def unmake(made: Sequence[Path]) -> None:
+    """Remove files of a run that came to nothing, and folders where nothing else is in them."""
+    for path in made:
+        with contextlib.suppress(OSError):
+            path.rmdir() if path.is_dir() else path.unlink()
 
 
 @contextlib.contextmanager

@@ -6,7 +6,6 @@ there twice counts as it was found last.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
@@ -18,7 +17,7 @@ from typing import IO, Any, Generic, Self, TypeVar
 from filelock import FileLock, Timeout
 
 from estimation.output_file import append_whole, one_sentence_for
-from estimation.output_folder import make_folder
+from estimation.output_folder import make_folder, unmake
 from models.errors import InputError
 
 TaskT = TypeVar("TaskT")
@@ -70,11 +69,11 @@ class Journal(Generic[TaskT, ResultT]):
         self._lock = FileLock(path.with_name(f"{path.name}.lock"))
         self._offsets: dict[tuple[str, str], int] = {}
         self._file: IO[bytes] | None = None
-        self._makes_folder = False
+        self._made: list[Path] = []
 
     def __enter__(self) -> Self:
-        self._makes_folder = not self.path.parent.exists()
-        make_folder(self.path.parent)
+        if make_folder(self.path.parent):
+            self._made = [Path(self._lock.lock_file), self.path.parent]
         try:
             self._lock.acquire(blocking=False)
         except Timeout:
@@ -97,8 +96,8 @@ class Journal(Generic[TaskT, ResultT]):
         trace: TracebackType | None,
     ) -> None:
         if self._file is not None:
-            if not os.fstat(self._file.fileno()).st_size:
-                self._remove()
+            if not os.fstat(self._file.fileno()).st_size:  # no task was finished
+                unmake([self.path, *self._made])
             self._file.close()
         self._lock.release()
 
@@ -135,14 +134,6 @@ class Journal(Generic[TaskT, ResultT]):
     def _open(self) -> IO[bytes]:
         assert self._file is not None, "the journal is used as a context manager"
         return self._file
-
-    def _remove(self) -> None:
-        """Leave nothing of a run that has finished no task."""
-        self.path.unlink()
-        if self._makes_folder:
-            with contextlib.suppress(OSError):  # what else was written stays
-                Path(self._lock.lock_file).unlink()
-                self.path.parent.rmdir()
 
     def _index(self) -> None:
         """Find every line; cut off what a kill left of the last one."""
