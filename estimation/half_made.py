@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -74,7 +73,7 @@ def _claimed(place: Path, make: Callable[[Path], int]) -> tuple[Path, int]:
     """Return what was made under a new name, and the descriptor that holds its lock."""
     remove_left_overs(place)
     while True:
-        path = place.with_name(f"{_short(place.name)}.{secrets.token_hex(4)}.part")
+        path = place.with_name(f"{_short(place.name)}.{os.urandom(4).hex()}.part")
         held = make(path)
         if _locks is None:
             return path, held
