@@ -12,11 +12,12 @@ from codegen.export import Export, export_texts
 from codegen.exportable import exportable, is_timed
 from codegen.header import state_units, title
 from codegen.names import macros
+from codegen.one_export import of_one_export
 from codegen.sizes import Sizes, find_target, measure, size_words
 from codegen.template import AtTemplate, filled
-from estimation.output_folder import prepare_folder
+from estimation.output_file import write_whole_files
+from estimation.output_folder import check_folder, make_folder
 from estimation.outputs import derived_outputs
-from models.errors import InputError
 from models.state_space import StateSpaceModel
 
 FLOAT_TIMES = """Times are handed over as `double`, and kept in single precision relative to an
@@ -57,7 +58,7 @@ def export_c(
     Parameters
     ----------
     estimator : one of `codegen.exportable.EXPORTABLE`
-    folder : to write to; made where there is none
+    folder : to write to; made where there is none, in one that is there
     real, form, prefix : see `codegen.export.export_texts`
     settings : of the estimator, by keyword; the rest takes its defaults
 
@@ -68,11 +69,16 @@ def export_c(
         written.
     """
     export = export_texts(exportable(estimator, model, **settings), real, form=form, prefix=prefix)
-    prepare_folder(Path(folder))
+    check_folder(Path(folder))
     target = find_target()
     sizes = None if target is None else measure(export, target)
     write_export(export, Path(folder), sizes, "pen_mhe.export_c")
     return export
+
+
+def export_paths(export: Export, folder: Path) -> list[Path]:
+    """Return where the files of an export are written."""
+    return [folder / name for name in export_files(export, None, "")]
 
 
 def export_files(export: Export, sizes: Sizes | None, command: str) -> Mapping[str, str]:
@@ -85,10 +91,11 @@ def export_files(export: Export, sizes: Sizes | None, command: str) -> Mapping[s
     """
     prefix = export.prefix
     about = title(export.exported, export.precision, export.form)
+    header, source, generated = of_one_export(export)
     return {
-        f"{prefix}.h": export.header,
-        f"{prefix}.c": export.source,
-        f"{prefix}_model.c": export.generated,
+        f"{prefix}.h": header,
+        f"{prefix}.c": source,
+        f"{prefix}_model.c": generated,
         "main.c": example_program(export),
         "CMakeLists.txt": filled("CMakeLists.txt", prefix=prefix, title=about),
         "README.md": _readme(export, sizes, command, about),
@@ -103,14 +110,9 @@ def write_export(export: Export, folder: Path, sizes: Sizes | None, command: str
     InputError
         If a file cannot be written.
     """
-    prepare_folder(folder)
-    for name, text in export_files(export, sizes, command).items():
-        try:
-            (folder / name).write_text(text, "utf-8")
-        except OSError as error:
-            raise InputError(
-                f"output {folder / name}: {error.strerror}, expected a file that can be written"
-            ) from None
+    files = export_files(export, sizes, command)
+    make_folder(folder)
+    write_whole_files(folder, files)
 
 
 def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> str:

@@ -14,6 +14,8 @@ from codegen.export import Export
 from codegen.exportable import is_timed
 from codegen.template import filled
 from estimation import native
+from estimation.compile_c import lack_of_room
+from models.errors import InputError
 
 ARM = "arm-none-eabi-"
 CORTEX_M4F = ("-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard")
@@ -71,6 +73,8 @@ def measure(export: Export, target: Target) -> Sizes:
     ------
     RuntimeError
         If the compiler rejects it; the message is its own.
+    InputError
+        If there is no room for what it writes.
     """
     prefix = export.prefix
     probe = filled("probe.c", prefix=prefix, PREFIX=prefix.upper())
@@ -133,5 +137,7 @@ def _frames(path: Path) -> list[int]:
 def _run(command: Sequence[str], folder: Path) -> str:
     result = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     if result.returncode != 0:
+        if reason := lack_of_room(result.stderr):
+            raise InputError(f"{folder}: {reason}, expected room to compile what is measured")
         raise RuntimeError(f"{command[0]} failed: {result.stderr.strip()}")
     return result.stdout

@@ -12,6 +12,7 @@ from commands.command_line import command_line
 from commands.lists import completing, completing_several
 from commands.options import JobsOption, names
 from commands.sentences import one_sentence
+from estimation.output_folder import RESULTS
 from models.errors import InputError
 from models.names import unknown
 from suites.table import MODULES, OWN_PEN
@@ -40,7 +41,7 @@ def benchmark(
     ] = None,
     output: Annotated[
         Path, typer.Option(help="Folder; an interrupted run continues there.")
-    ] = Path("results"),
+    ] = RESULTS,
     seeds: Annotated[int, typer.Option(help="Simulated recordings of every case.", min=1)] = 5,
     jobs: JobsOption = 2,
     scheduler: Annotated[

@@ -13,18 +13,26 @@ from benchmark.figures.figure import Figure
 from benchmark.figures.matplotlib_figure import matplotlib_figure
 from benchmark.figures.style import colours_of
 from benchmark.report.content import content
-from benchmark.report.report import write_content
+from benchmark.report.report import PAGE, TEXT, write_content
 from benchmark.report.sentences import verdict_sentence
 from benchmark.report.terminal import answer_blocks
+from benchmark.runner.about import NAME as ABOUT
 from benchmark.runner.about import about, read_about, session, write_about
 from benchmark.runner.interrupts import interrupted
+from benchmark.runner.outcome_lines import NAME as JOURNAL
 from benchmark.runner.run import Workers
-from benchmark.runner.tables import read_tables
+from benchmark.runner.tables import RESULTS, SERIES, read_tables
 from benchmark.tasks.suite import Scope
-from estimation.output_folder import prepare_folder
+from estimation.apart import check_apart
+from estimation.output_folder import check_folder, make_folder
 from models.errors import InputError
+from models.pen_file import pen_paths
 from suites.execute import chosen_tasks, run_suites
 from suites.table import find_suite
+
+RUN = (RESULTS, SERIES, ABOUT)
+REPORT = (PAGE, TEXT)
+"""Files of a run, and of its report."""
 
 
 def run_benchmark(
@@ -38,13 +46,14 @@ def run_benchmark(
     output : folder; an interrupted run continues there
     command : to repeat the run with, for the report
     """
+    check_folder(output)
+    check_apart([output / name for name in (*RUN, *REPORT, JOURNAL)], _read_files(scope))
     for name in suites:
         if line := find_suite(name).missing(scope):
             console.print(line)
     tasks = chosen_tasks(suites, scope)
     if not tasks:
         raise InputError(f"suites {', '.join(suites)} have no tasks, expected some")
-    prepare_folder(output)
     run = about(command, list(suites), scope.seeds)
     for name in suites:
         run |= find_suite(name).own(scope)
@@ -80,6 +89,13 @@ def run_benchmark(
     show_report(output)
 
 
+def _read_files(scope: Scope) -> dict[str, list[Path | None]]:
+    """Return what a run reads of files that a person named."""
+    recording = None if scope.recording is None else Path(scope.recording)
+    pens = [] if scope.pen is None else list(pen_paths(scope.pen))
+    return {"the recording": [recording], "the pen file": [*pens]}
+
+
 def _sat(run: Mapping[str, Any], output: Path, sitting: Mapping[str, Any]) -> None:
     """Write ``run.json`` with one more sitting than before this run."""
     write_about({**run, "sessions": [*run["sessions"], sitting]}, output)
@@ -92,6 +108,10 @@ def show_report(folder: Path, pictures: Path | None = None) -> None:
     ----------
     pictures : folder for every figure as a PNG file; None draws none
     """
+    read = [folder / name for name in RUN]
+    check_apart([folder / name for name in REPORT], {"what a report is drawn from": read})
+    if pictures is not None:
+        check_folder(pictures)
     results, run = read_tables(folder), read_about(folder)
     names = [name for name in run.get("suites", []) if name in set(results.rows["suite"])]
     suites = [find_suite(name) for name in names]
@@ -106,6 +126,7 @@ def show_report(folder: Path, pictures: Path | None = None) -> None:
 def _draw_pictures(figures: Sequence[Figure], folder: Path) -> None:
     from pen_mhe.figures import save  # slow to import
 
+    make_folder(folder)
     colours = colours_of(figures)
     for figure in figures:
         save(matplotlib_figure(figure, colours), folder / f"{figure.key}.png")

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 from benchmark.console import console, print_table
-from commands.pen_output import prepare_pen_output
+from commands.pen_output import check_pen_output
 from pen_mhe.calibration.camera import calibrate_camera
 from pen_mhe.calibration.camera_fit import Progress
 from pen_mhe.calibration.still import calibrate_still
@@ -24,7 +24,7 @@ def run_still(
     units: Mapping[str, str],
 ) -> None:
     """Calibrate on still poses, write the pen file, and say how sure its numbers are."""
-    prepare_pen_output(output, pen)
+    check_pen_output(output, pen, recordings)
     found = calibrate_still(recordings, pen, sensors=sensors, find=find, units=units)
     found.write(output)
     print_table(
@@ -46,7 +46,7 @@ def run_camera(
     units: Mapping[str, str],
 ) -> None:
     """Calibrate on a camera's frames, write the pen file, and say how sure its numbers are."""
-    prepare_pen_output(output, pen)
+    check_pen_output(output, pen, [recording])
     with _working() as on_progress:
         found = calibrate_camera(
             recording, pen, sensors=sensors, units=units, on_progress=on_progress

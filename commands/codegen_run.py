@@ -12,11 +12,12 @@ from rich.console import Console
 from benchmark.console import console
 from codegen.export import export_texts
 from codegen.exportable import exportable
-from codegen.folder import write_export
+from codegen.folder import export_paths, write_export
 from codegen.sizes import find_target, measure
-from estimation.output_folder import prepare_folder
+from estimation.apart import check_apart
+from estimation.output_folder import check_folder
 from models.pen import pen_model
-from models.pen_file import load_pen
+from models.pen_file import load_pen, pen_paths
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,8 @@ def run_codegen(request: CodegenRequest) -> None:
     )
     chosen = exportable(request.estimator, model, **_settings(request))
     export = export_texts(chosen, request.real, form=request.form, prefix=request.prefix)
-    prepare_folder(request.output)
+    check_folder(request.output)
+    check_apart(export_paths(export, request.output), {"the pen file": pen_paths(request.pen)})
     target = find_target()
     with Console(stderr=True).status("compiling, to measure"):
         sizes = None if target is None else measure(export, target)

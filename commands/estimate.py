@@ -17,8 +17,9 @@ from commands.options import units as read_units
 from commands.recording_options import RecordingOptions
 from commands.sentences import one_sentence
 from commands.setting_options import check_options, settings_group
+from estimation.apart import check_apart
 from models.errors import InputError
-from models.pen_file import load_pen
+from models.pen_file import load_pen, pen_paths
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 
 if TYPE_CHECKING:
@@ -92,15 +93,18 @@ def estimate(
     # Tables and figures are slow to import: only where a command needs them.
     from pen_mhe.estimate_run import estimate_recording
     from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
-    from recordings.formats.tables import prepare_output, write_table
+    from recordings.formats.tables import check_output, write_table
     from recordings.read import read_written
 
     with one_sentence():
         check_options(estimator.value, settings)
-        _check_apart(source.recording, written)
-        prepare_output(written.output)
+        check_apart(
+            [written.output, written.figure],
+            {"the recording": [source.recording], "the pen file": pen_paths(source.pen)},
+        )
+        check_output(written.output)
         if written.figure is not None:
-            prepare_output(written.figure, FIGURE_SUFFIXES)
+            check_output(written.figure, FIGURE_SUFFIXES)
         pen = load_pen(source.pen)
         loaded = read_written(source.recording, pen, units=read_units(source.units))
         thinning = part.thinning()
@@ -125,17 +129,6 @@ def estimate(
                 estimate_figure(result.output, result.ink, truth=result.used.truth), written.figure
             )
         _report(result, written.output)
-
-
-def _check_apart(recording: Path, written: Written) -> None:
-    """Raise `InputError` where the recording itself would be written over."""
-    own = recording.glob("*") if recording.is_dir() else (recording,)
-    taken = {path.resolve() for path in own}
-    for path in (written.output, written.figure):
-        if path is not None and path.resolve() in taken:
-            raise InputError(
-                f"output {path} is the recording itself, expected another file: it would be lost"
-            )
 
 
 def _report(result: EstimateRun, output: Path) -> None:

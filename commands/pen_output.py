@@ -1,23 +1,31 @@
-"""A pen file that a command writes: never the one that it reads."""
+"""A pen file that a command writes: never the one, nor the recording, that it reads."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
-from models.bundled import bundled_pens
-from models.errors import InputError
+from estimation.apart import check_apart
+from models.pen_file import pen_paths
 
 SUFFIX = ".toml"
 
 
-def prepare_pen_output(output: Path, pen: str) -> None:
-    """Refuse an output that is no pen file, or a pen file that is read; make its folder."""
-    from recordings.formats.tables import prepare_output  # tables are slow to import
+def check_pen_output(output: Path, pen: str, recordings: Iterable[Path]) -> None:
+    """Refuse an output that is no pen file, cannot be written, or is read; makes nothing.
 
-    pens = (Path(pen), *bundled_pens().values())
-    if output.resolve() in {pen.resolve() for pen in pens}:
-        raise InputError(
-            f"output {output} is the pen file that is read, or a bundled one, expected "
-            "another file: compare them, then put it in place"
-        )
-    prepare_output(output, (SUFFIX,))
+    Raises
+    ------
+    InputError
+        If so; the message says what was expected.
+    """
+    from recordings.formats.tables import check_output  # tables are slow to import
+
+    check_apart(
+        [output],
+        {
+            "the pen file that is read, or a bundled one,": pen_paths(pen),
+            "the recording": recordings,
+        },
+    )
+    check_output(output, (SUFFIX,))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import sys
 from collections.abc import Iterator, Mapping
@@ -34,6 +35,15 @@ EXIT_CODES: Mapping[ExitCode, str] = MappingProxyType(
 )
 """Exit code → what it means, for the help."""
 
+OF_THE_SYSTEM = frozenset(
+    [
+        *(errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO),
+        *(errno.EACCES, errno.EPERM, errno.EROFS),
+        *(errno.EISDIR, errno.ENAMETOOLONG, errno.ELOOP),
+    ]
+)
+"""Errors with files that a person can mend: they are no faults of pen-mhe."""
+
 INTERRUPTED = "interrupted; files that were written before are kept"
 
 
@@ -49,11 +59,17 @@ def say(sentence: str) -> None:
 
 @contextmanager
 def one_sentence() -> Iterator[None]:
-    """Turn bad input and Ctrl-C into their sentence and `ExitCode`."""
+    """Turn bad input, limits of the system and Ctrl-C into their sentence and `ExitCode`."""
     try:
         yield
     except InputError as error:
         say(str(error))
+        raise typer.Exit(ExitCode.REFUSED) from None
+    except OSError as error:
+        if error.errno not in OF_THE_SYSTEM:
+            raise
+        what = error.filename or "what is written"
+        say(f"{what}: {error.strerror}, expected room and permission")
         raise typer.Exit(ExitCode.REFUSED) from None
     except KeyboardInterrupt as interrupt:
         say(str(interrupt) or INTERRUPTED)

@@ -33,12 +33,14 @@ def simulate(
 ) -> None:
     """Write a simulated recording, with its truth in columns true_…"""
     from benchmark.console import console
-    from models.pen_file import load_pen
+    from estimation.apart import check_apart
+    from models.pen_file import load_pen, pen_paths
     from recordings import simulate_pen
-    from recordings.formats.tables import prepare_output, recording_to_table, write_table
+    from recordings.formats.tables import check_output, recording_to_table, write_table
 
     with one_sentence(), not_swallowed():
-        prepare_output(output)
+        check_apart([output], {"the pen file": pen_paths(pen)})
+        check_output(output)
         config = load_pen(pen)
         recording = simulate_pen.simulate(
             config,

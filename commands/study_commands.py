@@ -13,6 +13,7 @@ from commands.benchmark_commands import DataOption, benchmark, report
 from commands.lists import LISTS, complete_sensors, completing_several
 from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
+from estimation.output_folder import RESULTS
 from models.errors import InputError
 
 EstimatorsOption = Annotated[
@@ -43,9 +44,8 @@ def observe(
 
 
 def consistency(
-    output: Annotated[Path, typer.Option(help="Folder that keeps what is finished.")] = Path(
-        "results/consistency"
-    ),
+    output: Annotated[Path, typer.Option(help="Folder that keeps what is finished.")] = RESULTS
+    / "consistency",
     pen: PenOption = "dpoint",
     sensors: Annotated[
         str,
@@ -78,9 +78,8 @@ def consistency(
 
 
 def bad_starts(
-    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path(
-        "results/bad_starts"
-    ),
+    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = RESULTS
+    / "bad_starts",
     cases: Annotated[
         str | None,
         typer.Option(
@@ -108,9 +107,8 @@ def bad_starts(
 
 
 def printed_cost(
-    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path(
-        "results/printed_cost"
-    ),
+    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = RESULTS
+    / "printed_cost",
 ) -> None:
     """Show what the pen model as printed in the paper costs, term by term, over speed."""
     from suites.printed_cost import study  # tables and figures are slow to import
@@ -122,7 +120,7 @@ def printed_cost(
 def optimum(
     windows: Annotated[int, typer.Option(help="Number of windows.", min=1)] = 1000,
     seed: Annotated[int, typer.Option(help="Of the first window.", min=0)] = 0,
-    output: Annotated[Path, typer.Option(help="Folder for the table.")] = Path("results/optimum"),
+    output: Annotated[Path, typer.Option(help="Folder for the table.")] = RESULTS / "optimum",
     jobs: JobsOption = 2,
 ) -> None:
     """Compare the real-time MHE's optimum with IPOPT's, window by window, from the same start."""
@@ -133,9 +131,8 @@ def optimum(
 
 
 def real_time(
-    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = Path(
-        "results/real_time"
-    ),
+    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = RESULTS
+    / "real_time",
     data: DataOption = None,
     steps: Annotated[int, typer.Option(help="By the clock, per estimator.", min=1)] = 100_000,
 ) -> None:

@@ -17,7 +17,7 @@ from benchmark.runner.interrupts import not_swallowed
 from commands.option_groups import fields_group, grouped
 from commands.options import names
 from commands.options import units as read_units
-from commands.pen_output import prepare_pen_output
+from commands.pen_output import check_pen_output
 from commands.recording_options import RecordingOptions
 from commands.sentences import one_sentence
 from pen_mhe.tuning.objectives import OBJECTIVES
@@ -62,7 +62,7 @@ def tune(
     with what set which number.
     """
     with one_sentence():
-        prepare_pen_output(tuned.output, tuned.pen)
+        check_pen_output(tuned.output, tuned.pen, [tuned.recording])
         with _working(objective.value) as on_progress, not_swallowed():
             found = tune_pen(
                 tuned.recording,

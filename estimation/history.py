@@ -18,6 +18,7 @@ from estimation.history_lag import AtLag
 from estimation.history_rows import check_rows
 from estimation.lagged import LaggedEstimates
 from estimation.named_columns import NamedColumns
+from estimation.output_file import whole_file
 from estimation.recording import Truth
 from estimation.status import Status, solved_fraction
 from models.arrays import Array
@@ -224,7 +225,8 @@ class EstimateHistory(NamedColumns, AtInstants, AtLag):
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table of `to_pandas`, every digit of it."""
-        self.to_pandas().to_csv(path, index=False)
+        with whole_file(path) as file:
+            self.to_pandas().to_csv(file, index=False)
 
     def __repr__(self) -> str:
         from estimation.history_text import summary

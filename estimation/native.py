@@ -2,29 +2,39 @@
 
 C source is compiled once and cached under a hash of source, flags, compiler and
 processor. Without a C compiler CasADi interprets the same functions: everything
-works, slower, and a warning says so once. So it does where the cache cannot be written: then
-every process compiles for itself.
+works, slower, and a warning says so once. So it does where the cache cannot be written or is not
+the user's own: then every process compiles for itself. What is damaged or does not load is
+compiled again.
 """
 
 from __future__ import annotations
 
-import atexit
 import contextlib
+import ctypes
 import hashlib
 import os
 import platform
 import shutil
-import subprocess
 import sys
-import tempfile
 import warnings
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import casadi as ca
+
+from estimation.compile_c import CSource as CSource  # callers find it here
+from estimation.compile_c import NotCompilableError as NotCompilableError
+from estimation.compile_c import build
+from estimation.compile_cache import (
+    believed,
+    cache_directory,
+    is_whole,
+    private_folder,
+    writable,
+)
+from models.errors import InputError
 
 FLAGS = (
     *("-O2", "-march=native", "-ffp-contract=off", "-fno-math-errno"),
@@ -48,33 +58,6 @@ take twice as long to compile."""
 VECTORS = ("-O3", "-fno-tree-vectorize")
 """For the Kalman stage, whose C is written in vectors: where the compiler looks for more of them it
 finds gathers, which are slower."""
-
-
-def cache_directory() -> Path:
-    """Return where compiled functions are kept: ``PEN_MHE_CACHE`` or the user's cache."""
-    if own := os.environ.get("PEN_MHE_CACHE"):
-        return Path(own)
-    root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(root) / "pen-mhe"
-
-
-@cache
-def _writable(folder: Path) -> Path:
-    """Return a folder; where it cannot be written, one of this process alone, after a warning."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
-    except OSError as error:
-        warnings.warn(
-            f"cache {folder}: {error.strerror}, so compiled functions are lost when this process "
-            "ends; PEN_MHE_CACHE names another folder",
-            RuntimeWarning,
-            stacklevel=2,
-        )
-    own = Path(tempfile.mkdtemp(prefix="pen-mhe-"))
-    atexit.register(shutil.rmtree, own, ignore_errors=True)
-    return own
 
 
 @cache
@@ -102,21 +85,6 @@ def processor() -> str:
     return f"{platform.machine()} {platform.processor()}"
 
 
-@dataclass(frozen=True)
-class CSource:
-    """C99 of one shared library.
-
-    Parameters
-    ----------
-    flags : the compiler's options in addition to `FLAGS`
-    is_of_model : whether a model decides if it can be compiled
-    """
-
-    text: str
-    flags: tuple[str, ...] = ()
-    is_of_model: bool = False
-
-
 def compiled(function: ca.Function) -> ca.Function:
     """Return the function as machine code, or itself where there is no compiler.
 
@@ -133,10 +101,6 @@ def compiled(function: ca.Function) -> ca.Function:
         return function
     [library] = shared_libraries([CSource(generated([function]))])
     return ca.external(function.name(), str(library))
-
-
-class NotCompilableError(RuntimeError):
-    """A generated function is no C that this machine can compile; the message says why."""
 
 
 def generated(functions: Sequence[ca.Function]) -> str:
@@ -157,41 +121,69 @@ def shared_libraries(sources: Sequence[CSource]) -> list[Path]:
     ------
     RuntimeError
         If there is no compiler, or if it rejects the code; the message is its own.
+    InputError
+        If there is no room for what is compiled.
     """
     gcc = compiler()
     if gcc is None:
         raise RuntimeError("no C compiler found (CC, gcc, cc)")
     place = "\0".join((*_identity(gcc), processor()))
     targets = [_place(f"{_key(place, gcc, source)}.so") for source in sources]
-    missing = {t: s for t, s in zip(targets, sources, strict=True) if not t.exists()}
+    by_target = dict(zip(targets, sources, strict=True))
+    missing = [target for target in by_target if not _is_usable(target)]
     if missing:
         with _notice(), ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-            list(pool.map(lambda pair: _build(gcc, pair[1], pair[0]), missing.items()))
-    return targets
+            list(pool.map(lambda target: build((gcc, *FLAGS), by_target[target], target), missing))
+    return [_loading(gcc, by_target[target], target) for target in targets]
+
+
+_loaded: dict[Path, Path] = {}
+"""Where a library belongs → the file of it that is loaded, which is not looked at again."""
 
 
 def _place(name: str) -> Path:
     """Return where a library is, or is to be built."""
-    cached = cache_directory() / name
-    return cached if cached.exists() else _writable(cached.parent) / name
+    folder = believed(cache_directory())
+    return (folder if (folder / name).exists() else writable(folder)) / name
+
+
+def _is_usable(target: Path) -> bool:
+    if not target.exists():
+        return False
+    if target in _loaded or is_whole(target):
+        return True
+    _say_again(target, "damaged")
+    return False
+
+
+def _loading(gcc: str, source: CSource, target: Path) -> Path:
+    """Return a library that loads: compiled again, then elsewhere, where the one there does not."""
+    if target in _loaded and _loaded[target].exists():
+        return _loaded[target]
+    elsewhere = private_folder() / target.name
+    reason = None
+    for path, is_new in ((target, False), (target, True), (elsewhere, True)):
+        try:
+            if is_new:
+                build((gcc, *FLAGS), source, path)
+            ctypes.CDLL(str(path))
+        except (OSError, InputError) as error:
+            if reason is None:
+                _say_again(target, reason := str(error))
+            continue
+        _loaded[target] = path
+        return path
+    raise RuntimeError(f"no library of {target.parent} or {elsewhere.parent} loads: {reason}")
+
+
+def _say_again(target: Path, reason: str) -> None:
+    sentence = f"cache {target}: {reason}, so it is compiled again"
+    warnings.warn(sentence, RuntimeWarning, stacklevel=4)
 
 
 def _key(place: str, gcc: str, source: CSource) -> str:
     told = "\0".join((place, gcc, *FLAGS, *source.flags, source.text))
     return hashlib.sha256(told.encode()).hexdigest()[:24]
-
-
-def _build(gcc: str, source: CSource, target: Path) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
-        code, built = Path(scratch) / "generated.c", Path(scratch) / "built.so"
-        code.write_text(source.text)
-        arguments = [gcc, *FLAGS, *source.flags, str(code), "-o", str(built), "-lm"]
-        result = subprocess.run(arguments, capture_output=True, text=True)
-        if result.returncode != 0:
-            kind = NotCompilableError if source.is_of_model else RuntimeError
-            raise kind(f"{gcc} could not compile C: {result.stderr.strip()}")
-        built.replace(target)  # atomic: two processes may build the same function
 
 
 @cache

@@ -156,6 +156,11 @@ def load_pen(pen: str | Path) -> PenConfig:
     return load_config(path, PenConfig, "pen file")
 
 
+def pen_paths(pen: str | Path) -> tuple[Path, ...]:
+    """Return files that a command on this pen never writes: its own and the bundled ones."""
+    return (Path(pen), *bundled_pens().values())
+
+
 def as_pen(pen: AnyPen) -> PenConfig:
     """Return a pen as it is, or load it."""
     return pen if isinstance(pen, PenConfig) else load_pen(pen)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from matplotlib.figure import Figure
 
 from estimation.estimate import EstimateHistory
 from estimation.history_plot import new_figure
+from estimation.output_file import write_whole
 from estimation.recording import Truth
 from recordings.ink import InkMatch
 
@@ -21,10 +23,11 @@ TRUTH_STYLE: dict[str, Any] = {"color": "black", "linewidth": 1.0, "label": "tru
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure and close it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=150)
+    """Write a figure whole, and close it."""
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format=path.suffix[1:], dpi=150)
     plt.close(figure)
+    write_whole(path, drawn.getvalue())
 
 
 def estimate_figure(

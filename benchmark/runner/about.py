@@ -17,6 +17,7 @@ from typing import Any
 from benchmark.runner.identity import code_identity, task_identity, versions
 from benchmark.tasks.suite import Scope
 from estimation.native import compiler
+from estimation.output_file import write_whole
 from models.errors import InputError
 from pen_mhe.rooms import ROOT
 
@@ -94,9 +95,7 @@ def git_state() -> dict[str, Any]:
 
 def write_about(run: Mapping[str, Any], folder: Path) -> None:
     """Write ``run.json``."""
-    part = folder / f"{NAME}.part"
-    part.write_text(json.dumps(run, indent=2, ensure_ascii=False), "utf-8")
-    part.replace(folder / NAME)
+    write_whole(folder / NAME, json.dumps(run, indent=2, ensure_ascii=False))
 
 
 def read_about(folder: Path) -> dict[str, Any]:

@@ -7,6 +7,7 @@ there twice counts as it was found last.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,8 @@ from typing import IO, Any, Generic, Self, TypeVar
 
 from filelock import FileLock, Timeout
 
+from estimation.output_file import append_whole, one_sentence_for
+from estimation.output_folder import make_folder, unmake
 from models.errors import InputError
 
 TaskT = TypeVar("TaskT")
@@ -50,7 +53,7 @@ class Journal(Generic[TaskT, ResultT]):
 
     Parameters
     ----------
-    path : of the file; its folder is made where it is missing
+    path : of the file; its folder is made where it is missing, see `estimation.output_folder`
     lines : what stands in a line
 
     Raises
@@ -66,9 +69,11 @@ class Journal(Generic[TaskT, ResultT]):
         self._lock = FileLock(path.with_name(f"{path.name}.lock"))
         self._offsets: dict[tuple[str, str], int] = {}
         self._file: IO[bytes] | None = None
+        self._made: list[Path] = []
 
     def __enter__(self) -> Self:
-        self.path.parent.mkdir(parents=True, exist_ok=True)
+        if make_folder(self.path.parent):
+            self._made = [Path(self._lock.lock_file), self.path.parent]
         try:
             self._lock.acquire(blocking=False)
         except Timeout:
@@ -76,8 +81,9 @@ class Journal(Generic[TaskT, ResultT]):
                 f"output {self.path.parent} is being written by another run, expected one at a time"
             ) from None
         try:
-            self._file = open(self.path, "a+b")  # closed in __exit__
-            self._index()
+            with one_sentence_for(self.path):
+                self._file = open(self.path, "a+b")  # closed in __exit__
+                self._index()
         except BaseException:
             self.__exit__(None, None, None)
             raise
@@ -90,6 +96,8 @@ class Journal(Generic[TaskT, ResultT]):
         trace: TracebackType | None,
     ) -> None:
         if self._file is not None:
+            if not os.fstat(self._file.fileno()).st_size:  # no task was finished
+                unmake([self.path, *self._made])
             self._file.close()
         self._lock.release()
 
@@ -98,13 +106,13 @@ class Journal(Generic[TaskT, ResultT]):
         return (self._lines.key(task), identity) in self._offsets
 
     def append(self, task: TaskT, identity: str, result: ResultT) -> None:
-        """Add a finished task; it is with the operating system when this returns."""
+        """Add a finished task; it is with the operating system when this returns.
+
+        Raises `InputError` where the line cannot be written: no part of it stays.
+        """
         line = {"identity": identity, **self._lines.encoded(task, result)}
-        file = self._open()
-        file.seek(0, 2)
-        offset = file.tell()
-        file.write(json.dumps(line, ensure_ascii=False).encode() + b"\n")
-        file.flush()
+        written = json.dumps(line, ensure_ascii=False).encode() + b"\n"
+        offset = append_whole(self.path, self._open(), written)
         self._offsets[self._lines.key(task), identity] = offset
 
     def read(self, task: TaskT, identity: str) -> ResultT:

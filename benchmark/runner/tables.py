@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import asdict
@@ -15,11 +16,14 @@ import pyarrow.parquet as pq
 
 from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, Results
 from benchmark.tasks.task import Outcome, Quantity, Task
+from estimation.output_file import whole_files
 from models.errors import InputError
 from models.version import version_metadata
 
 RESULTS, SERIES = "results.parquet", "series.parquet"
 TASKS_AT_A_TIME = 500
+PAIR = b"written_together"
+"""Metadata that both tables have: a kill between the two leaves one of an earlier run."""
 
 _WORDS = ("suite", "case", "model", "sensors", "estimator", "quantity", "unit", "status", "reason")
 _TYPES: dict[str, pa.DataType] = {
@@ -41,21 +45,21 @@ def write_tables(tasks: Iterable[Task], read: Callable[[Task], Outcome], folder:
     read : a task's outcome
     """
     paths = {RESULTS: RESULT_COLUMNS, SERIES: SERIES_COLUMNS}
-    partial = {name: folder / f"{name}.part" for name in paths}
-    with ExitStack() as stack:
+    with whole_files([folder / name for name in paths]) as files, ExitStack() as stack:
         writers = {
-            name: stack.enter_context(pq.ParquetWriter(partial[name], _schema(columns)))
-            for name, columns in paths.items()
+            name: stack.enter_context(pq.ParquetWriter(file, _schema(columns)))
+            for file, (name, columns) in zip(files, paths.items(), strict=True)
         }
-        waiting = iter(tasks)
+        waiting, said = iter(tasks), hashlib.sha256()
         while some := [(task, read(task)) for task in islice(waiting, TASKS_AT_A_TIME)]:
             rows = [row for task, outcome in some for row in result_rows(task, outcome)]
+            said.update(repr(rows).encode())
             writers[RESULTS].write_table(pa.Table.from_pylist(rows, _schema(RESULT_COLUMNS)))
             for task, outcome in some:
                 for table in _series_tables(task, outcome):
                     writers[SERIES].write_table(table)
-    for name in paths:
-        partial[name].replace(folder / name)
+        for writer in writers.values():
+            writer.add_key_value_metadata({PAIR: said.hexdigest()})
 
 
 def result_rows(task: Task, outcome: Outcome) -> Iterator[dict[str, Any]]:
@@ -98,11 +102,11 @@ def read_tables(folder: Path) -> Results:
     Raises
     ------
     InputError
-        If a file is missing or lacks a column; the message names it.
+        If a file is missing, lacks a column or is of another run; the message names it.
     """
     import pandas as pd  # slow to import, for tables only
 
-    tables = []
+    tables, pair = [], set()
     for name, columns in ((RESULTS, RESULT_COLUMNS), (SERIES, SERIES_COLUMNS)):
         path = folder / name
         if not path.is_file():
@@ -111,6 +115,7 @@ def read_tables(folder: Path) -> Results:
             )
         try:
             table = pd.read_parquet(path)
+            pair.add((pq.read_metadata(path).metadata or {}).get(PAIR))
         except (OSError, pa.ArrowInvalid) as error:
             raise InputError(f"{path}: {error}, expected a Parquet file") from None
         lacking = [column for column in columns if column not in table]
@@ -118,4 +123,6 @@ def read_tables(folder: Path) -> Results:
             raise InputError(f"{path} has no column {lacking[0]}, expected {', '.join(columns)}")
         # Few words many times: to choose rows by is ten times as fast so.
         tables.append(table.astype(dict.fromkeys(set(_WORDS) & set(columns), "category")))
+    if len(pair) > 1:
+        raise InputError(f"{folder}: tables of two runs, expected `pen-mhe benchmark` again")
     return Results(*tables)

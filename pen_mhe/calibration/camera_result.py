@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from estimation.output_file import write_whole
 from models.errors import InputError
 from models.pen_config import PenConfig
 from models.version import version
 from pen_mhe.calibration.camera_fit import Fit
 from pen_mhe.calibration.mounting import OFFSET, MountingQuantity, Number
 from pen_mhe.tuning.parameters import Parameter
-from pen_mhe.tuning.pen_text import PenText, write_whole
+from pen_mhe.tuning.pen_text import PenText
 
 if TYPE_CHECKING:
     import pandas as pd

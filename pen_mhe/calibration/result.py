@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from estimation.output_file import write_whole
 from models.errors import InputError
 from models.pen_config import PenConfig
 from models.version import version
@@ -18,7 +19,7 @@ from pen_mhe.calibration.gravity import different_poses
 from pen_mhe.calibration.sensor_result import CalibratedNumber, CalibratedSensor
 from pen_mhe.calibration.stills import Stills
 from pen_mhe.tuning.parameters import Parameter
-from pen_mhe.tuning.pen_text import PenText, write_whole
+from pen_mhe.tuning.pen_text import PenText
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -137,27 +136,6 @@ class PenText:
                 "of their own, as [sensors.accel] and [motion.tip], with a key a line"
             )
         return text
-
-
-def write_whole(path: str | Path, text: str) -> None:
-    """Write a text beside a file's place, and put it there whole.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
-    path = Path(path)
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        beside.write_text(text, "utf-8")
-        beside.replace(path)
-    except OSError as error:
-        raise InputError(
-            f"output {path}: {error.strerror}, expected a file that can be written"
-        ) from None
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def _rounded(value: Any, factor: float, field: str) -> Any:

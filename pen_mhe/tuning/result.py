@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from estimation.output_file import write_whole
 from models.errors import InputError
 from models.pen_config import PenConfig
 from models.version import version
 from pen_mhe.tuning.objectives import OBJECTIVES
 from pen_mhe.tuning.parameters import Parameter
-from pen_mhe.tuning.pen_text import PenText, write_whole
+from pen_mhe.tuning.pen_text import PenText
 from pen_mhe.tuning.score import Score
 
 if TYPE_CHECKING:

@@ -26,6 +26,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet
 
+from estimation.output_file import check_file, whole_file
 from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
@@ -118,41 +119,33 @@ def _read_parquet(path: Path) -> tuple[list[str], pd.DataFrame]:
 _READERS = MappingProxyType({".csv": _read_csv, ".parquet": _read_parquet})
 
 
-def prepare_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None:
-    """Refuse a suffix before the work that would be lost, and make the folder.
+def check_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None:
+    """Refuse a file that cannot be written before the work that would be lost; makes nothing.
 
     Raises
     ------
     InputError
-        If the suffix is not one of `suffixes`, or the folder cannot be made.
+        If the suffix is not one of `suffixes`, its folder does not exist, or it cannot be
+        written.
     """
     if path.suffix not in suffixes:
         raise InputError(
             f"output {path}: suffix {path.suffix or '(none)'} is unknown, "
             f"expected {', '.join(suffixes)}"
         )
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        is_new = not path.exists()
-        with path.open("ab"):
-            pass
-        if is_new:  # nobody should find an empty table where the work breaks off
-            path.unlink()
-    except OSError as error:
-        raise InputError(
-            f"output {path}: {error.strerror}, expected a file that can be written"
-        ) from None
+    check_file(path)
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table as CSV or Parquet by its suffix; Parquet says with which version."""
-    prepare_output(path)
-    if path.suffix == ".csv":
-        table.to_csv(path, index=False)
-    else:
+    """Write a table whole, as CSV or Parquet by its suffix; Parquet says with which version."""
+    check_output(path)
+    with whole_file(path) as file:
+        if path.suffix == ".csv":
+            table.to_csv(file, index=False)
+            return
         arrow = pyarrow.Table.from_pandas(table, preserve_index=False)
         metadata = {**(arrow.schema.metadata or {}), **version_metadata()}
-        pyarrow.parquet.write_table(arrow.replace_schema_metadata(metadata), path)
+        pyarrow.parquet.write_table(arrow.replace_schema_metadata(metadata), file)
 
 
 def load_table(

@@ -17,10 +17,11 @@ from matplotlib.figure import Figure
 
 from benchmark.console import console, print_table
 from benchmark.runner.kept import Jobs, kept_results
-from estimation.output_folder import prepare_folder
+from estimation.output_folder import check_folder
 from models.arrays import Array
 from pen_mhe.estimators import check_estimator
 from pen_mhe.figures import save
+from recordings.formats.tables import write_table
 from suites.bad_starts.cases import CASES, KNOWLEDGE, case_named
 from suites.bad_starts.run import (
     AT_S,
@@ -103,7 +104,7 @@ def run_bad_starts(
         case_named(case)
     for estimator in estimators:
         check_estimator(estimator)
-    prepare_folder(output)
+    check_folder(output)
     tasks = [
         BadStartTask(case, estimator, range(first, min(first + RUNS_PER_TASK, runs)))
         for case in cases
@@ -120,7 +121,7 @@ def run_bad_starts(
         (case, estimator): summary(case_named(case), estimator, of_pair)
         for (case, estimator), of_pair in by_pair.items()
     }
-    as_table(rows.values()).to_csv(output / "bad_starts.csv", index=False)
+    write_table(as_table(rows.values()), output / "bad_starts.csv")
     shown = [case for case in FIGURE_CASES if case in cases] or list(cases)[:4]
     save(bad_starts_figure(by_pair, shown, estimators), output / "bad_starts.png")
     for title, cell in TABLES.items():

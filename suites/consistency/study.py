@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmark.console import console, print_table
 from benchmark.runner.kept import Jobs, kept_results
-from estimation.output_folder import prepare_folder
+from estimation.output_folder import check_folder
 from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import load_pen
@@ -60,7 +60,7 @@ def run_consistency(
         check_estimator(estimator)
     for case in cases:
         case_named(case)
-    prepare_folder(output)
+    check_folder(output)
     tasks = [
         ConsistencyTask(
             config, sensors, case, estimator, range(first, min(first + RUNS_PER_TASK, runs))

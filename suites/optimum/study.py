@@ -13,7 +13,8 @@ import pandas as pd
 
 from benchmark.console import console, print_table
 from benchmark.runner.kept import Jobs, kept_results
-from estimation.output_folder import prepare_folder
+from estimation.output_folder import check_folder
+from recordings.formats.tables import write_table
 from suites.optimum.cases import WindowKey, window_bodies, window_table
 from suites.optimum.kinds import KINDS
 from suites.optimum.reference import LONGEST_LEFT
@@ -43,9 +44,9 @@ def run_optimum(output: Path, windows: int, jobs: int, seed: int = 0) -> None:
     jobs : processes
     seed : of the first window
     """
-    prepare_folder(output)
+    check_folder(output)
     rows = compare_all(window_table(windows, seed), output, jobs)
-    as_table(rows).to_csv(output / "optimum.csv", index=False)
+    write_table(as_table(rows), output / "optimum.csv")
     _print_parts("configuration", {name: name for name in window_bodies()}, rows, _model)
     console.print()
     _print_parts("windows", {name: kind.label for name, kind in KINDS.items()}, rows, _kind)

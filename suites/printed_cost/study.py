@@ -16,7 +16,8 @@ from matplotlib.ticker import LogLocator, NullLocator, ScalarFormatter
 
 from benchmark.console import console, print_table
 from benchmark.runner.kept import Jobs, kept_results
-from estimation.output_folder import prepare_folder
+from estimation.output_file import whole_file
+from estimation.output_folder import check_folder
 from pen_mhe.errors import NOT_OBSERVABLE
 from pen_mhe.figures import save
 from suites.printed_cost.run import (
@@ -67,10 +68,11 @@ def run_printed_cost(
     output : folder to write to
     speeds, seeds, duration_s : of `suites.printed_cost.run.cost_tasks`
     """
-    prepare_folder(output)
+    check_folder(output)
     tasks = cost_tasks(speeds, seeds, duration_s)
     table = pd.DataFrame(kept_results("printed-cost", cost_row, tasks, output, jobs=Jobs()))
-    table.to_csv(output / "printed_cost.csv", index=False, na_rep=NOT_OBSERVABLE)
+    with whole_file(output / "printed_cost.csv") as file:
+        table.to_csv(file, index=False, na_rep=NOT_OBSERVABLE)
     save(printed_cost_figure(table), output / "printed_cost.png")
     columns, rows = _readable(table)
     title = (

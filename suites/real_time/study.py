@@ -17,7 +17,8 @@ from benchmark.report.numbers import in_unit
 from benchmark.runner.about import timing_identity
 from benchmark.runner.kept import Jobs, kept_results
 from benchmark.tasks.suite import Scope
-from estimation.output_folder import prepare_folder
+from estimation.output_file import write_whole
+from estimation.output_folder import check_folder
 from mhe.reuse import REUSE_THRESHOLD
 from pen_mhe.figures import save
 from suites.real_time.deadlines import DeadlineRow
@@ -46,7 +47,7 @@ def run_real_time(
     output : folder to write to
     data, steps, horizons, thresholds : of `suites.real_time.parts.parts_of`
     """
-    prepare_folder(output)
+    check_folder(output)
     if len(available(data)) < len(CASES):
         console.print(
             "real recordings: left out, they need a folder (--data FOLDER, or the variable "
@@ -68,9 +69,7 @@ def run_real_time(
     _print_deadlines(parts["deadlines"])
     _print_times(parts["times"])
     listed = {name: [_plain(row) for row in rows] for name, rows in parts.items()}
-    (output / "real_time.json").write_text(
-        json.dumps(listed, indent=1, allow_nan=False) + "\n", "utf-8"
-    )
+    write_whole(output / "real_time.json", json.dumps(listed, indent=1, allow_nan=False) + "\n")
     save(reuse_figure(parts["reuse"]), output / "real_time_reuse.png")
     console.print(f"\nreal_time.json and real_time_reuse.png in {output}")
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.derivatives import Derivatives
+from estimation.output_file import whole_file
 from models.pen_config import PenConfig
 from models.state_space import StateSpaceModel
 from suites.speed.problems import Problem
@@ -27,7 +28,8 @@ def write_problem(problem: Problem, arrays: Mapping[str, NDArray[Any]], folder: 
     """Write the file of a problem from its `problem_arrays`; return its path."""
     path = folder / f"problem_{problem.key}.npz"
     named: dict[str, Any] = dict(arrays)
-    np.savez_compressed(path, **named)
+    with whole_file(path) as file:
+        np.savez_compressed(file, **named)
     return path
 
 

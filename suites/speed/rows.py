@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from estimation.output_file import write_whole
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -130,7 +131,7 @@ def row(
 def write_rows(rows: Sequence[Row], path: Path) -> None:
     """Write rows as a JSON list."""
     listed = [dataclasses.asdict(row) for row in rows]
-    path.write_text(json.dumps(listed, indent=1, allow_nan=False) + "\n", "utf-8")
+    write_whole(path, json.dumps(listed, indent=1, allow_nan=False) + "\n")
 
 
 def _away(model: StateSpaceModel, newest: Array, reference: GaussianState) -> float:

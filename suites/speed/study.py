@@ -12,7 +12,7 @@ from benchmark.console import console, print_table
 from benchmark.report.numbers import in_unit
 from benchmark.runner.about import timing_identity
 from benchmark.runner.kept import Jobs, kept_results
-from estimation.output_folder import prepare_folder
+from estimation.output_folder import check_folder
 from pen_mhe.figures import save
 from suites.speed.export import write_problem
 from suites.speed.figures import contender_figure, horizon_figure
@@ -39,7 +39,7 @@ def run_speed(
     windows : at most so many per problem; all where it is None
     stream : how much of it; `StreamPlan`'s own where it is None
     """
-    prepare_folder(output)
+    check_folder(output)
     parts = parts_of(problems, windows, stream or StreamPlan())
     jobs = Jobs[Part](single_threaded=True)
     raced = kept_results(

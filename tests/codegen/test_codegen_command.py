@@ -28,7 +28,7 @@ def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
 @pytest.mark.parametrize("precision", [(), ("--float32",)])
 def test_a_folder_has_everything(name: str, precision: tuple[str, ...], tmp_path: Path) -> None:
-    folder = tmp_path / "deep" / "made"
+    folder = tmp_path / "made"
     result = call(folder, "--sensors", "accel", "--estimator", name, *precision)
     assert result.exit_code == 0, result.stderr
     assert {path.name for path in folder.iterdir()} == FILES

@@ -82,7 +82,7 @@ BAD = {
 def test_bad_calls_get_one_sentence(recording: Path, tmp_path: Path, case: str) -> None:
     options, sentence = BAD[case]
     arguments = ["estimate", str(recording), "--pen", "reference"]
-    output = ["--output", str(tmp_path / "made" / "o.csv")]
+    output = ["--output", str(tmp_path / "o.csv")]
     result = runner.invoke(app, [*arguments, *output, *options])
     assert result.exit_code == 2
     message = result.stderr.strip()

@@ -130,7 +130,7 @@ def test_printed_cost_writes_table_and_figure(
 ) -> None:
     few = partial(run_printed_cost, speeds=(1.0,), seeds=(3, 4), duration_s=1.1)
     monkeypatch.setattr(study, "run_printed_cost", few)
-    output = tmp_path / "made" / "cost"
+    output = tmp_path / "made"
     result = call("printed-cost", "--output", str(output))
     assert result.exit_code == 0, result.stderr
     assert sorted(path.name for path in output.iterdir()) == [

@@ -108,7 +108,7 @@ def test_where_the_cache_cannot_be_written_the_process_has_its_own(
 
 def test_a_cache_that_is_only_read_serves(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = built(small_function())
-    monkeypatch.setattr(native, "_writable", pytest.fail)
+    monkeypatch.setattr(native, "writable", pytest.fail)
     assert built(small_function()) == made
 
 

@@ -64,7 +64,7 @@ def test_a_turntable_may_say_it_too(tmp_path: Path) -> None:
 
 
 def test_a_parquet_table_says_with_which_version_it_was_written(tmp_path: Path) -> None:
-    path = tmp_path / "made" / "t.parquet"
+    path = tmp_path / "t.parquet"
     table = pd.DataFrame({"time_s": [0.0, 1.0], "status": ["solved", "solved"]})
     write_table(table, path)
     assert pyarrow.parquet.read_schema(path).metadata[b"pen_mhe_version"] == version().encode()

@@ -147,7 +147,7 @@ def estimate(case: Case, folder: Path) -> Any:
         pen = str(folder / "my.toml")
         Path(pen).write_text(toml.replace(*case.replace, 1))
     arguments = ["estimate", str(case.recording(folder)), "--pen", pen, *case.options]
-    return CliRunner().invoke(app, [*arguments, "--output", str(folder / "made" / "o.csv")])
+    return CliRunner().invoke(app, [*arguments, "--output", str(folder / "o.csv")])
 
 
 def check_sentence(case: Case, folder: Path) -> None:

@@ -143,3 +143,13 @@ def test_what_is_no_table_gets_a_sentence(tmp_path: Path) -> None:
     pd.DataFrame({"suite": ["pen"]}).to_parquet(tmp_path / SERIES)
     with pytest.raises(InputError, match=r"series\.parquet has no column case, expected suite, "):
         read_tables(tmp_path)
+
+
+def test_tables_of_two_runs_are_not_read_together(tmp_path: Path) -> None:
+    """As a kill between putting the one and the other in place leaves them."""
+    for name, tasks in (("one", OUTCOMES), ("other", {})):
+        (tmp_path / name).mkdir()
+        write_tables(tasks, OUTCOMES.get, tmp_path / name)  # type: ignore[arg-type]
+    (tmp_path / "one" / SERIES).replace(tmp_path / "other" / SERIES)
+    with pytest.raises(InputError, match="other: tables of two runs, expected"):
+        read_tables(tmp_path / "other")

@@ -25,7 +25,7 @@ def call(*arguments: str) -> Any:
 
 
 def test_tables_and_file_show_the_same_runs(tmp_path: Path) -> None:
-    output = tmp_path / "made" / "starts"
+    output = tmp_path / "made"
     arguments = ("--cases", CASE, "--estimators", "ekf", "--runs", "3", "--jobs", "1")
     result = call(*arguments, "--output", str(output))
     assert result.exit_code == 0, result.stderr

@@ -17,7 +17,7 @@ WINDOWS, SEED = 2, 11
 
 
 def test_optimum_writes_a_row_per_window(tmp_path: Path) -> None:
-    output = tmp_path / "made" / "optimum"
+    output = tmp_path / "made"
     arguments = ["--windows", str(WINDOWS), "--seed", str(SEED), "--jobs", "1"]
     result = CliRunner().invoke(app, ["optimum", *arguments, "--output", str(output)])
     assert result.exit_code == 0, result.stderr

@@ -33,7 +33,7 @@ def test_the_suite_writes_rows_problems_and_figures(
     problems = [find_problem("turntable_20"), find_problem("turntable_20_bounded")]
     few = partial(run_speed, problems=problems, windows=1, stream=StreamPlan(2, 1, 1))
     monkeypatch.setattr(study, "run_speed", few)
-    output = tmp_path / "made" / "speed"
+    output = tmp_path / "made"
     result = call("benchmark", "speed", "--output", str(output))
     assert result.exit_code == 0, result.stderr
     assert sorted(path.name for path in output.iterdir()) == [
