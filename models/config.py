@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from models.names import expected_one_of
+from models.shown_text import short, value_text
 from models.units import accepted_names, split_unit
 
 
@@ -57,7 +58,7 @@ def _scaled(value: Any, factor: float) -> Any:
         return [_scaled(item, factor) for item in value]
     if value is None:
         return None
-    raise ValueError(f"expected a number, got {value!r}")
+    raise ValueError(f"expected a number, got {value_text(value)}")
 
 
 def _unknown_key(key: str, config: type[BaseModel]) -> str:
@@ -65,5 +66,5 @@ def _unknown_key(key: str, config: type[BaseModel]) -> str:
     for field in by_stem:
         stem, unit = split_unit(field)
         if unit and key.startswith(stem + "_"):
-            return f"unknown key {key}; expected {' or '.join(accepted_names(field))}"
-    return f"unknown key {key}; {expected_one_of(key, sorted(config.model_fields))}"
+            return f"unknown key {short(key)}; expected {' or '.join(accepted_names(field))}"
+    return f"unknown key {short(key)}; {expected_one_of(key, sorted(config.model_fields))}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,10 @@ import numpy as np
 
 from estimation.estimate import EstimateHistory
 from models.arrays import Array
+from models.border import reading
 from models.errors import InputError
+from models.limits import check_most
+from models.regular_files import open_regular
 
 INCH_MM = 25.4
 OUTLIER_FACTOR = 2.0
@@ -78,13 +82,18 @@ def ink_points_mm(scan: str | Path) -> Array:
     """
     from PIL import Image
 
-    try:
-        with Image.open(scan) as image:
+    with (
+        reading(scan, "an image"),
+        open_regular(Path(scan), str(scan), "an image", "table_bytes") as file,
+        warnings.catch_warnings(),
+    ):
+        # Pillow has a limit of its own; ours says how it is raised.
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+        with Image.open(file) as image:
+            check_most("pixels", image.width * image.height, str(scan))
             dpi = float(image.info.get("dpi", (0,))[0])
             grey = np.asarray(image.convert("L"))
-    except OSError as error:
-        raise InputError(f"{scan}: {error}, expected an image") from None
-    if not dpi > 0:
+    if not (math.isfinite(dpi) and dpi > 0):
         raise InputError(f"{scan}: no resolution in the image's metadata, expected dpi")
     rows, columns = np.nonzero(grey <= otsu_threshold(grey))
     points = np.column_stack([columns, grey.shape[0] - 1 - rows]) * INCH_MM / dpi

@@ -19,6 +19,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.names import did_you_mean
 from models.pen_config import PenConfig
+from models.shown_text import value_text
 from models.true_path import TRUE_NAMES
 from models.units import TIME_DIGITS, UNITS, accepted_names
 
@@ -141,7 +142,7 @@ def numbers(cells: pd.Series, where: str) -> Array:
     bad = np.flatnonzero(~np.isfinite(values) & cells.notna().to_numpy())
     if len(bad):
         raise InputError(
-            f"{where}: column {cells.name}, row {bad[0] + 1}: {str(cells.iloc[bad[0]])!r} is not "
+            f"{where}: column {cells.name}, row {bad[0] + 1}: {value_text(str(cells.iloc[bad[0]]))} is not "
             "a finite number, expected one (a sensor without a reading has an empty cell)"
         )
     return values
