@@ -29,5 +29,5 @@ def run_still(
     )
     console.print()
     for sentence in found.sentences():
-        console.print(sentence, markup=False)
-    console.print(f"written to {output}", markup=False)
+        console.print(sentence)
+    console.print(f"written to {output}")

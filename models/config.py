@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, model_validator
 
 from models.names import expected_one_of
+from models.plain_names import check_text
 from models.shown_text import short, value_text
 from models.units import accepted_names, split_unit
+
+
+def _checked_title(text: str) -> str:
+    check_text(text, "a name for people")
+    return text
+
+
+Title = Annotated[str, AfterValidator(_checked_title)]
+"""A name for people: one printable line, in any script."""
 
 
 class UnitConfig(BaseModel):

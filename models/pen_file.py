@@ -133,7 +133,7 @@ def _one_sentence(error: ValidationError, where: str, data: Mapping[str, Any]) -
             message += did_you_mean(first["input"][tag], known)
     more = error.error_count() - 1
     rest = f" (and {more} more)" if more else ""
-    return f"{where}: key {short('.'.join(keys)) or '(top level)'}: {short(message)}{rest}"
+    return f"{where}: key {short('.'.join(keys)) or '(top level)'}: {message}{rest}"
 
 
 def load_pen(pen: str | Path) -> PenConfig:
