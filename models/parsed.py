@@ -10,11 +10,13 @@ import json
 import re
 import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from models.border import reading
 from models.errors import InputError
 from models.limits import check_most, most
+from models.regular_files import open_regular
 from models.shown_text import LONGEST_VALUE, one_line, value_text
 
 LARGEST_WHOLE = 2**63
@@ -67,6 +69,21 @@ def json_data(data: bytes, where: str, *, expected: str = "JSON") -> Any:
         except ValueError as error:
             reason = one_line(str(error), LONGEST_VALUE)
             raise InputError(f"{where}: {reason}, expected {expected}") from None
+
+
+def read_object(path: Path, expected: str) -> dict[str, Any]:
+    """Return the object that a JSON file holds.
+
+    Raises
+    ------
+    InputError
+        As `models.regular_files.open_regular` and `json_data`, or if it holds something else.
+    """
+    with open_regular(path, str(path), expected, "json_bytes") as file:
+        found = json_data(file.read(), str(path))
+    if not isinstance(found, dict):
+        raise InputError(f"{path} holds no object, expected {expected}")
+    return found
 
 
 def check_entries(

@@ -17,9 +17,7 @@ from typing import Any
 from benchmark.runner.identity import code_identity, task_identity, versions
 from benchmark.tasks.suite import Scope
 from estimation.native import compiler
-from models.errors import InputError
-from models.parsed import check_entries, json_data
-from models.regular_files import open_regular
+from models.parsed import check_entries, read_object
 from pen_mhe.rooms import ROOT
 
 NAME = "run.json"
@@ -104,10 +102,7 @@ def write_about(run: Mapping[str, Any], folder: Path) -> None:
 def read_about(folder: Path) -> dict[str, Any]:
     """Read ``run.json``; raises `InputError` where it is missing or no JSON object."""
     path = folder / NAME
-    with open_regular(path, str(path), "the folder of a run", "json_bytes") as file:
-        found = json_data(file.read(), str(path))
-    if not isinstance(found, dict):
-        raise InputError(f"{path} holds no object, expected what a run wrote")
+    found = read_object(path, "the folder of a run")
     check_entries(found, _ENTRIES, str(path))
     return found
 

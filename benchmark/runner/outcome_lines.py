@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmark.runner.journal import Journal, LineFormat
 from benchmark.tasks.task import FAILED, Outcome, Quantity, Series, Task
-from models.shown_text import value_text
+from models.known_types import checked_fields
 
 NAME = "journal.jsonl"
 
@@ -34,37 +34,12 @@ def _encoded(task: Task, outcome: Outcome) -> dict[str, Any]:
 
 def _decoded(line: Mapping[str, Any]) -> Outcome:
     fields = {f.name: line[f.name] for f in dataclasses.fields(Outcome)}
-    fields["quantities"] = tuple(_checked(Quantity(*values)) for values in line["quantities"])
+    fields["quantities"] = tuple(checked_fields(Quantity(*values)) for values in line["quantities"])
     fields["series"] = tuple(
-        _checked(Series(**{name: _unpacked(value) for name, value in series.items()}))
+        checked_fields(Series(**{name: _unpacked(value) for name, value in series.items()}))
         for series in line["series"]
     )
-    return _checked(Outcome(**fields))
-
-
-_KINDS: Mapping[str, Any] = {
-    "str": str,
-    "int": int,
-    "bool": bool,
-    "float": (int, float),
-    "float | None": (int, float, type(None)),
-    "Array": np.ndarray,
-    "Array | None": (np.ndarray, type(None)),
-}
-"""Type of a field, as it is written there → what may stand in it."""
-
-
-def _checked(found: Any) -> Any:
-    """Return a task's result whose fields are what they should be; others raise `TypeError`."""
-    entries = {field.name: getattr(found, field.name) for field in dataclasses.fields(found)}
-    for field in dataclasses.fields(found):
-        entry, kind = entries[field.name], _KINDS.get(str(field.type), object)
-        is_whole = isinstance(entry, int) and abs(entry) < 2**63
-        if not isinstance(entry, kind) or (isinstance(entry, int) and not is_whole):
-            raise TypeError(f"{field.name} is {value_text(entry)}, expected {field.type}")
-    if len({len(entry) for entry in entries.values() if isinstance(entry, np.ndarray)}) > 1:
-        raise TypeError("columns of a series have different lengths")
-    return found
+    return checked_fields(Outcome(**fields))
 
 
 def _packed(value: Any) -> Any:

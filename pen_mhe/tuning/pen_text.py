@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,11 @@ from typing import Any
 from models.bundled import bundled_pens
 from models.errors import InputError
 from models.motion import OLD_KEY
+from models.parsed import toml_data
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, parse_pen, presets
+from models.plain_names import plain_name
+from models.regular_files import read_text
 from models.units import accepted_names
 from pen_mhe.tuning.parameters import MOTION, Parameter, rounded
 
@@ -50,7 +52,9 @@ class PenText:
     def __init__(self, text: str, where: str) -> None:
         self.where = where
         self.lines = text.splitlines()
-        self.data = tomllib.loads(text)
+        self.data = toml_data(text, where)
+        if isinstance(sensors := self.data.get("sensors"), dict):
+            self.data["sensors"] = {plain_name(name): sensors[name] for name in sensors}
 
     @classmethod
     def of(cls, pen: AnyPen) -> PenText | None:
@@ -60,10 +64,12 @@ class PenText:
         path = Path(pen)
         if str(pen) in bundled_pens() and not path.is_file():
             path = bundled_pens()[str(pen)]
-        return cls(path.read_text("utf-8"), f"pen file {pen}")
+        where = f"pen file {pen}"
+        return cls(read_text(path, where, "a readable TOML file", "toml_bytes"), where)
 
     def _table(self, table: tuple[str, str]) -> Mapping[str, Any]:
-        found = self.data.get(table[0], {}).get(table[1], {})
+        whole = self.data.get(table[0], {})
+        found = whole.get(table[1], {}) if isinstance(whole, dict) else {}
         return found if isinstance(found, dict) else {}
 
     def spelt(self, parameter: Parameter) -> tuple[str, float]:
@@ -118,8 +124,8 @@ class PenText:
             lines += _motion_lines(pen, part)
         text = "\n".join(_noted(lines, keys, note)) + "\n"
         try:
-            meant = parse_pen(tomllib.loads(text), self.where)
-        except (tomllib.TOMLDecodeError, InputError):
+            meant = parse_pen(toml_data(text, self.where), self.where)
+        except InputError:
             meant = None
         if meant is None or not _same(meant, pen):
             raise InputError(
@@ -191,9 +197,14 @@ def _section(lines: Sequence[str], name: str) -> tuple[int, int] | None:
         if (header := _HEADER.fullmatch(line)) or line.lstrip().startswith("[["):
             if start is not None:
                 return start, number
-            if header and re.sub(r"[\s\"']", "", header[1]) == name:
+            if header and _plain_header(header[1]) == name:
                 start = number + 1
     return None if start is None else (start, len(lines))
+
+
+def _plain_header(header: str) -> str:
+    """Return a table's header as it is read: ``sensors."imu accel"`` → ``sensors.imu_accel``."""
+    return plain_name(re.sub(r"\s*\.\s*", ".", re.sub("[\"']", "", header)))
 
 
 def _with_number(lines: list[str], parameter: Parameter, key: str, value: Any) -> list[str]:

@@ -38,8 +38,10 @@ def read_arrays(path: Path, keys: Iterable[str], where: str) -> dict[str, NDArra
                     for key, name in names.items()
                     if name in there
                 }
-        except zipfile.BadZipFile:
-            raise InputError(f"{where}: is no archive of arrays, expected {EXPECTED}") from None
+        except InputError:
+            raise
+        except Exception as error:  # whatever a damaged archive makes of itself
+            raise InputError(f"{where}: is no archive of arrays, expected {EXPECTED}") from error
 
 
 def _array(archive: zipfile.ZipFile, name: str, where: str) -> NDArray[Any]:

@@ -36,7 +36,9 @@ def read_arrow(path: Path, where: str, expected: str) -> pa.Table:
             check_most("rows", rows, where)
             check_most("values", rows * columns, where)
             # What pandas says of its own columns may be damaged, and is not needed.
-            return parquet.read(use_pandas_metadata=False).replace_schema_metadata(None)
+            found = parquet.read(use_pandas_metadata=False).replace_schema_metadata(None)
+            found.validate(full=True)  # texts that are none
+            return found
         except InputError:
             raise
         except (pa.ArrowException, ValueError, OSError) as error:

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from models.errors import InputError
-from models.limits import check_most, most
+from models.limits import check_most, most, variable
 from models.regular_files import open_regular
 from models.shown_text import value_text
 
@@ -101,7 +101,10 @@ def _header(file: BinaryIO, where: str) -> list[str]:
     bytes_of_all = most("columns") * (most("cell_bytes") + 1)
     line = file.readline(bytes_of_all + 1)
     if len(line) > bytes_of_all:
-        raise InputError(f"{where}: its first line is no header, expected names of columns")
+        raise InputError(
+            f"{where}: its first line is longer than {bytes_of_all} bytes, expected the names of "
+            f"at most {most('columns')} columns ({variable('columns')} sets another limit)"
+        )
     check_most("columns", line.count(b",") + 1, where)
     file.seek(0)
     first = pd.read_csv(file, header=None, nrows=1, dtype=str, keep_default_na=False)

@@ -146,6 +146,18 @@ def _read(
     position = _column(camera, folder / CAMERA_FILE, "data", "position")
     orientation = _column(camera, folder / CAMERA_FILE, "data", "orientation_mat")
 
+    for key, values, shape in (
+        ("t", host_ms, ()),
+        ("data.t", device_ms, ()),
+        ("data.accel", accel, (3,)),
+        ("data.gyro", gyro, (3,)),
+        ("data.pressure", pressure, ()),
+        ("t", frame_ms, ()),
+    ):
+        if values.shape[1:] != shape:
+            raise InputError(
+                f"recording {folder}: {key} has shape {values.shape[1:]}, expected {shape}"
+            )
     _check_increasing(device_ms, folder / STYLUS_FILE, "data.t")
     _check_increasing(frame_ms, folder / CAMERA_FILE, "t")
     offset_ms = np.median(host_ms - device_ms)
