@@ -19,8 +19,8 @@ from models.limits import check_most, most
 from models.regular_files import open_regular
 from models.shown_text import LONGEST_VALUE, one_line, value_text
 
-LARGEST_WHOLE = 2**63
-"""Beyond it TOML has no whole numbers."""
+WHOLE_END = 2**63
+"""From here on TOML has no whole numbers, nor below its negative."""
 
 # No alternative gives back what it has taken, and each takes something: time is linear.
 _STRING = r"""(?:"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?)"""
@@ -118,7 +118,7 @@ def _check(data: Mapping[str, Any], where: str) -> None:
     waiting: list[tuple[int, str, Any]] = [(1, key, value) for key, value in data.items()]
     while waiting:
         depth, key, value = waiting.pop()
-        if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
+        if isinstance(value, int) and not -WHOLE_END <= value < WHOLE_END:
             raise InputError(
                 f"{where}: key {key}: a whole number of {value.bit_length()} bits, "
                 "expected one that fits into 64"

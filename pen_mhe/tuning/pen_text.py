@@ -197,14 +197,9 @@ def _section(lines: Sequence[str], name: str) -> tuple[int, int] | None:
         if (header := _HEADER.fullmatch(line)) or line.lstrip().startswith("[["):
             if start is not None:
                 return start, number
-            if header and _plain_header(header[1]) == name:
+            if header and plain_name(re.sub(r"[\"']|\s*(?=\.)|(?<=\.)\s*", "", header[1])) == name:
                 start = number + 1
     return None if start is None else (start, len(lines))
-
-
-def _plain_header(header: str) -> str:
-    """Return a table's header as it is read: ``sensors."imu accel"`` → ``sensors.imu_accel``."""
-    return plain_name(re.sub(r"\s*\.\s*", ".", re.sub("[\"']", "", header)))
 
 
 def _with_number(lines: list[str], parameter: Parameter, key: str, value: Any) -> list[str]:
