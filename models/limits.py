@@ -35,7 +35,7 @@ LIMITS: Mapping[str, Limit] = MappingProxyType(
         "values": Limit(1_000_000_000, "values of a table, rows times columns"),
         "cell_bytes": Limit(200, "bytes of a cell of a CSV, or of a column's name"),
         "nesting": Limit(32, "tables or lists within each other, in TOML and JSON"),
-        "pixels": Limit(200_000_000, "pixels of a scan"),
+        "pixels": Limit(50_000_000, "pixels of a scan"),
     }
 )
 """Name of a limit → its default and what it is of."""

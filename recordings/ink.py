@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -85,20 +85,30 @@ def ink_points_mm(scan: str | Path) -> Array:
     with (
         reading(scan, "an image"),
         open_regular(Path(scan), str(scan), "an image", "table_bytes") as file,
-        warnings.catch_warnings(),
+        _without_limit_of_pillow(),
+        Image.open(file) as image,
     ):
-        # Pillow has a limit of its own; ours says how it is raised.
-        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-        with Image.open(file) as image:
-            check_most("pixels", image.width * image.height, str(scan))
-            dpi = float(image.info.get("dpi", (0,))[0])
-            grey = np.asarray(image.convert("L"))
+        check_most("pixels", image.width * image.height, str(scan))
+        dpi = float(image.info.get("dpi", (0,))[0])
+        grey = np.asarray(image.convert("L"))
     if not (math.isfinite(dpi) and dpi > 0):
         raise InputError(f"{scan}: no resolution in the image's metadata, expected dpi")
     rows, columns = np.nonzero(grey <= otsu_threshold(grey))
     points = np.column_stack([columns, grey.shape[0] - 1 - rows]) * INCH_MM / dpi
     distance = np.linalg.norm(points - np.median(points, axis=0), axis=1)
     return np.asarray(points[distance <= OUTLIER_FACTOR * np.median(distance)])
+
+
+@contextmanager
+def _without_limit_of_pillow() -> Iterator[None]:
+    """Leave it to us how many pixels there may be: our limit says how it is raised."""
+    from PIL import Image
+
+    before, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+    try:
+        yield
+    finally:
+        Image.MAX_IMAGE_PIXELS = before
 
 
 def written_path_mm(tip_xy_m: Array, pressed: Array) -> Array:

@@ -76,7 +76,8 @@ def _dpoint() -> bytes:
 
 def _journal() -> bytes:
     lines = [
-        {"identity": IDENTITY, **_LINES.encoded(task, outcome)} for task, outcome in OUTCOMES.items()
+        {"identity": IDENTITY, **_LINES.encoded(task, outcome)}
+        for task, outcome in OUTCOMES.items()
     ]
     return b"".join(json.dumps(line).encode() + b"\n" for line in lines)
 
@@ -108,7 +109,8 @@ def seeds(target: str) -> tuple[bytes, ...]:
     csv, parquet = _table()
     results = results_tables()
     toml = tuple(path.read_bytes() for path in bundled_pens().values())
-    turntables = tuple(path.read_bytes() for path in (ROOT / "models/turntables").glob("[pt]*.toml"))
+    paths = (ROOT / "models/turntables").glob("[pt]*.toml")
+    turntables = tuple(path.read_bytes() for path in sorted(paths))
     claims = (ROOT / "suites/pen/claims.toml").read_bytes()[:3000].rpartition(b"[[claim]]")[0]
     good = {
         "pen": toml,

@@ -122,29 +122,29 @@ TARGETS: Mapping[str, Callable[[bytes], object]] = MappingProxyType(
 """Name of a reader → what reads bytes with it."""
 
 
-class Finding(AssertionError):
+class FindingError(AssertionError):
     """A reader did what it must not."""
 
 
 @contextlib.contextmanager
 def checked() -> Iterator[None]:
-    """Raise `Finding` unless what is done ends soon, and well or in one sentence."""
+    """Raise `FindingError` unless what is done ends soon, and well or in one sentence."""
     start = time.process_time()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             yield
     except UnforeseenError as error:
-        raise Finding(str(error)) from error
+        raise FindingError(str(error)) from error
     except InputError as error:
         sentence = str(error)
         if not sentence.isprintable() or len(sentence) > LONGEST_SENTENCE:
-            raise Finding(f"not one printable line: {sentence!r}") from error
+            raise FindingError(f"not one printable line: {sentence!r}") from error
     if time.process_time() - start > LONGEST_S:
-        raise Finding(f"took {time.process_time() - start:.1f} s")
+        raise FindingError(f"took {time.process_time() - start:.1f} s")
 
 
 def check(target: str, data: bytes) -> None:
-    """Read bytes with a reader of the table; raises `Finding`, or what the reader raised."""
+    """Read bytes with a reader of the table; raises `FindingError`, or what the reader raised."""
     with checked():
         TARGETS[target](data)

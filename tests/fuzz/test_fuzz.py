@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from models.errors import InputError
 from models.parsed import json_data, toml_data
 from tests.fuzz.seeds import CORPUS, seeds
-from tests.fuzz.targets import TARGETS, Finding, check, checked
+from tests.fuzz.targets import TARGETS, FindingError, check, checked
 
 EXAMPLES = 25
 MAKEFILE = Path(__file__).resolve().parents[2] / "Makefile"
@@ -70,7 +70,7 @@ def test_make_fuzz_knows_every_reader_and_the_corpus_no_other() -> None:
 def test_a_finding_is_found() -> None:
     error = InputError("fine")
     error.args = ("two\nlines",)
-    with pytest.raises(Finding, match="not one printable line"), checked():
+    with pytest.raises(FindingError, match="not one printable line"), checked():
         raise error
     with pytest.raises(KeyError), checked():
         raise KeyError("ours")
