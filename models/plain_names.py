@@ -15,6 +15,8 @@ from models.errors import InputError
 from models.shown_text import value_text
 
 LONGEST_NAME = 64
+RESERVED = ("time", "true")
+"""What columns of a table begin with that are of no sensor."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*")
 
 
@@ -25,6 +27,8 @@ def plain_name(name: str) -> str:
 
 def check_name(name: object, where: str) -> None:
     """Raise `InputError` unless a name can be a sensor's."""
+    if name in RESERVED:
+        raise InputError(f"{where}: name {name} is of a column of its own, expected another one")
     if not (isinstance(name, str) and len(name) <= LONGEST_NAME and _NAME.fullmatch(name)):
         raise InputError(
             f"{where}: name {value_text(name)}, expected a letter, then letters, digits and single "

@@ -16,6 +16,7 @@ from models.border import reading
 from models.errors import InputError
 from models.limits import check_most
 from models.regular_files import open_regular
+from models.shown_text import short
 
 INCH_MM = 25.4
 OUTLIER_FACTOR = 2.0
@@ -85,7 +86,7 @@ def ink_points_mm(scan: str | Path) -> Array:
     with (
         reading(scan, "an image"),
         open_regular(Path(scan), str(scan), "an image", "table_bytes") as file,
-        _without_limit_of_pillow(),
+        _pillows_errors(scan),
         Image.open(file) as image,
     ):
         check_most("pixels", image.width * image.height, str(scan))
@@ -100,13 +101,20 @@ def ink_points_mm(scan: str | Path) -> Array:
 
 
 @contextmanager
-def _without_limit_of_pillow() -> Iterator[None]:
-    """Leave it to us how many pixels there may be: our limit says how it is raised."""
+def _pillows_errors(scan: str | Path) -> Iterator[None]:
+    """Raise `InputError` for what Pillow makes of a damaged image.
+
+    How many pixels there may be is left to us: our limit says how it is raised.
+    """
     from PIL import Image
 
     before, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
     try:
         yield
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # each of its formats has its own
+        raise InputError(f"{scan}: {short(str(error))}, expected an image") from error
     finally:
         Image.MAX_IMAGE_PIXELS = before
 

@@ -34,7 +34,7 @@ from recordings.formats.imu_array import FILE as ARRAY
 from recordings.formats.imu_array import read_imu_array
 from recordings.ink import ink_points_mm
 from recordings.read import read_recording
-from tests.fuzz.seeds import IDENTITY, SPLIT, TASK, results_tables
+from tests.fuzz.seeds import IDENTITY, SPLIT, TASK, results_tables, seeds
 
 LONGEST_S = 1.0
 
@@ -146,5 +146,12 @@ def checked() -> Iterator[None]:
 
 def check(target: str, data: bytes) -> None:
     """Read bytes with a reader of the table; raises `FindingError`, or what the reader raised."""
+    _warm(target)
     with checked():
         TARGETS[target](data)
+
+
+@cache
+def _warm(target: str) -> None:
+    """Import and compile what reading takes once, not with every file."""
+    TARGETS[target](seeds(target)[0])
