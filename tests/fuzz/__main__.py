@@ -16,7 +16,7 @@ import atheris
 with atheris.instrument_imports(
     include=["models", "recordings", "benchmark", "pen_mhe", "tomllib", "json"]
 ):
-    from tests.fuzz.seeds import seeds
+    from tests.fuzz.seeds import TOKENS, seeds
     from tests.fuzz.targets import TARGETS, check
 
 MOST_GROWTH_MB = 500
@@ -36,12 +36,15 @@ def main() -> None:
     for number, data in enumerate(seeds(asked.target)):
         (corpus / f"seed-{number}").write_bytes(data)
         check(asked.target, data)  # imports and caches are not what an input takes
+    words = asked.folder / "words.txt"
+    words.write_text("".join(f'"{_spelt(token)}"\n' for token in TOKENS if len(token) < 60))
     before_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
     options = [
         f"-runs={asked.runs}",
         f"-max_total_time={asked.seconds}",
         f"-rss_limit_mb={before_mb + MOST_GROWTH_MB}",
         "-max_len=8192",
+        f"-dict={words}",
         "-timeout=10",
         "-print_final_stats=1",
         f"-artifact_prefix={asked.folder}/{asked.target}-",
@@ -49,6 +52,11 @@ def main() -> None:
     ]
     atheris.Setup([sys.argv[0], *options], lambda data: check(asked.target, bytes(data)))
     atheris.Fuzz()
+
+
+def _spelt(token: bytes) -> str:
+    """Return bytes as libFuzzer reads them in a list of words."""
+    return "".join(f"\\x{byte:02x}" for byte in token)
 
 
 if __name__ == "__main__":

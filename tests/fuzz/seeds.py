@@ -27,6 +27,13 @@ CORPUS = Path(__file__).resolve().parent / "corpus"
 SPLIT = b"\n---8<---\n"
 """Between two files of one input."""
 
+TOKENS = (
+    b"9" * 400, b"0x" + b"f" * 4000, b"-", b"1e999", b"nan", b"-inf", b"NaN", b"[" * 60,
+    b"{" * 60, b"a." * 40, b'"', b"\n", b"\r", b",", b"\x00", b"\xff", b"\xef\xbb\xbf", b"\x1b[31m",
+    b"=", b"true", b"1979-05-27", b"'", b"\\", b"null", b"imu-accel", b"a b",
+)  # fmt: skip
+"""What files go wrong by, put in anywhere."""
+
 TASK, IDENTITY = Task("pen", "b", "accel", "ekf", 1), "code"
 _TIME_S = np.array([0.0, 0.5, 1.0])
 OUTCOME = Outcome(

@@ -15,17 +15,11 @@ from hypothesis import strategies as st
 
 from models.errors import InputError
 from models.parsed import json_data, toml_data
-from tests.fuzz.seeds import CORPUS, seeds
+from tests.fuzz.seeds import CORPUS, TOKENS, seeds
 from tests.fuzz.targets import TARGETS, FindingError, check, checked
 
 EXAMPLES = 25
 MAKEFILE = Path(__file__).resolve().parents[2] / "Makefile"
-TOKENS = (
-    b"9" * 400, b"0x" + b"f" * 4000, b"-", b"1e999", b"nan", b"-inf", b"NaN", b"[" * 60,
-    b"{" * 60, b"a." * 40, b'"', b"\n", b"\r", b",", b"\x00", b"\xff", b"\xef\xbb\xbf", b"\x1b[31m",
-    b"=", b"true", b"1979-05-27", b"'", b"\\", b"null", b"imu-accel", b"a b",
-)  # fmt: skip
-"""What files go wrong by, put in anywhere."""
 texts = st.text(max_size=40)
 
 
