@@ -8,7 +8,7 @@ export OPENBLAS_NUM_THREADS = 1
 # Seeds of the benchmark: SEEDS=20 is the full one.
 SEEDS ?= 5
 
-.PHONY: benchmark test test-all test-wheel lint format clean
+.PHONY: benchmark test test-all test-wheel fuzz lint format clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -31,6 +31,19 @@ test-wheel:
 	build/wheel/venv/bin/python -m pip wheel --quiet --no-deps --wheel-dir build/wheel .
 	build/wheel/venv/bin/python -m pip install --quiet --constraint constraints.txt build/wheel/*.whl
 	cd build/wheel && venv/bin/python -I ../../tests/wheel_program.py && venv/bin/pen-mhe --version
+
+# Every reader of files, for FUZZ_S seconds each, guided by coverage: make fuzz FUZZ_S=600 FUZZ=csv
+FUZZ_S ?= 60
+FUZZ ?= pen turntable claims pen_text csv own_csv parquet dpoint array scan run results journal
+FUZZER := $(VENV)/.fuzzer
+$(FUZZER): $(STAMP)
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[fuzz]'
+	touch $@
+
+fuzz: $(FUZZER)
+	set -e; for reader in $(FUZZ); do \
+		$(BIN)/python -m tests.fuzz $$reader --runs -1 --seconds $(FUZZ_S); \
+	done
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

@@ -11,7 +11,9 @@ from rich.markdown import Markdown
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
+from models.escaped import in_markdown
+
+console = Console(highlight=False, markup=False, soft_wrap=not sys.stdout.isatty())
 
 
 @contextmanager
@@ -57,4 +59,4 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
         return
     print(f"{title}\n")
     for line in (columns, ["---"] * len(columns), *rows):
-        print("| " + " | ".join(line) + " |")
+        print("| " + " | ".join(map(in_markdown, line)) + " |")

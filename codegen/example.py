@@ -11,6 +11,7 @@ from codegen.structures import braces
 from codegen.template import filled
 from estimation.outputs import derived_outputs, outputs_of
 from estimation.status import Status
+from models.escaped import c_string
 from models.state_space import StateSpaceModel
 from models.units import TIME_DIGITS, UNITS
 
@@ -20,7 +21,7 @@ def example_program(export: Export) -> str:
     model, prefix = export.exported.model, export.prefix
     names = given_names(model)
     bits = [
-        f"{{{prefix.upper()}_STATUS_{name}, {_text(member.label)}}}"
+        f"{{{prefix.upper()}_STATUS_{name}, {c_string(member.label)}}}"
         for name, member in Status.__members__.items()
         if member is not Status.SOLVED
     ]
@@ -28,8 +29,8 @@ def example_program(export: Export) -> str:
         "main.c",
         prefix=prefix,
         PREFIX=prefix.upper(),
-        columns=braces([f"{{{_text(h)}, {i}, {f!r}}}" for h, (i, f) in headers(model).items()]),
-        readings=braces([_text(name) for name in names]),
+        columns=braces([f"{{{c_string(h)}, {i}, {f!r}}}" for h, (i, f) in headers(model).items()]),
+        readings=braces([c_string(name) for name in names]),
         shown=braces(_shown(model, prefix.upper())),
         statuses=braces(bits),
         solved=Status.SOLVED.label,
@@ -44,7 +45,7 @@ def _shown(model: StateSpaceModel, capital: str) -> list[str]:
     derived = derived_outputs(model).names
     rows = {name: f"STATE({capital}_STATE_{macro})" for name, macro in _macros(model.state_names)}
     rows |= {name: f"DERIVED({capital}_DERIVED_{macro})" for name, macro in _macros(derived)}
-    return [f"{{{_text(name)}, {rows[name]}}}" for name in outputs_of(model).names]
+    return [f"{{{c_string(name)}, {rows[name]}}}" for name in outputs_of(model).names]
 
 
 def _macros(names: Sequence[str]) -> list[tuple[str, str]]:
@@ -66,8 +67,3 @@ def headers(model: StateSpaceModel) -> dict[str, tuple[int, float]]:
         for unit, factor in UNITS.get(units[column], {}).items():
             found[f"{name}_{unit}"] = (place, factor)
     return found
-
-
-def _text(words: str) -> str:
-    """Return a C string."""
-    return '"' + words.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -24,6 +24,7 @@ from estimation.loop import (
     stage_sizes,
 )
 from estimation.result import result_layout
+from models.escaped import in_comment
 from models.names import unknown
 from models.state_space import StateSpaceModel
 
@@ -100,7 +101,7 @@ def export_texts(
     front = filled(
         "front.c",
         prefix=prefix,
-        title=title(exported, precision, form),
+        title=in_comment(title(exported, precision, form)),
         functions="\n".join(precision.functions(parts)),
         generated=GENERATED,
         entry=loop.entry,

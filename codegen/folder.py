@@ -18,6 +18,7 @@ from codegen.template import AtTemplate, filled
 from estimation.output_file import write_whole_files
 from estimation.output_folder import check_folder, make_folder
 from estimation.outputs import derived_outputs
+from models.escaped import code_span, in_comment, in_markdown
 from models.state_space import StateSpaceModel
 
 FLOAT_TIMES = """Times are handed over as `double`, and kept in single precision relative to an
@@ -97,7 +98,7 @@ def export_files(export: Export, sizes: Sizes | None, command: str) -> Mapping[s
         f"{prefix}.c": source,
         f"{prefix}_model.c": generated,
         "main.c": example_program(export),
-        "CMakeLists.txt": filled("CMakeLists.txt", prefix=prefix, title=about),
+        "CMakeLists.txt": filled("CMakeLists.txt", prefix=prefix, title=in_comment(about)),
         "README.md": _readme(export, sizes, command, about),
     }
 
@@ -126,17 +127,20 @@ def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> st
         prefix=export.prefix,
         PREFIX=export.prefix.upper(),
         estimator=export.exported.estimator,
-        title=f"`{export.exported.estimator}`" + about.removeprefix(export.exported.estimator),
-        command=command,
+        title=f"`{export.exported.estimator}`"
+        + in_markdown(about.removeprefix(export.exported.estimator)),
+        command=code_span(command),
         precision=f"`{export.precision.c_type}`",
-        some_columns=", ".join(f"`{name}`" for name in names[:3]) + ", …",
+        some_columns=", ".join(map(code_span, names[:3])) + ", …",
         first_state=macros(model.state_names)[0],
-        first_unit=state_units(model)[0][1],
+        first_unit=in_comment(state_units(model)[0][1]),
         derived=_derived_words(export),
         lags=_lag_words(export),
         constraints=_constraint_words(export),
         deadline=_deadline_words(export),
-        constants=f"\nThe step adds the readings of {', '.join(added)} itself.\n" if added else "",
+        constants=f"\nThe step adds the readings of {in_markdown(', '.join(added))} itself.\n"
+        if added
+        else "",
         times=FLOAT_TIMES if is_float else DOUBLE_TIMES,
         sizes=size_words(sizes),
     )
@@ -149,8 +153,8 @@ def _derived_words(export: Export) -> str:
         return ""
     words = AtTemplate(DERIVED).substitute(
         place=f"{capital}_DERIVED_{macros(derived.names)[0]}",
-        unit=derived.units[0],
-        names=", ".join(f"`{name}`" for name in derived.names),
+        unit=in_comment(derived.units[0]),
+        names=", ".join(map(code_span, derived.names)),
     )
     return f"{words}\n"
 

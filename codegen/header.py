@@ -14,6 +14,7 @@ from codegen.template import filled
 from estimation.outputs import Derived, derived_outputs
 from estimation.result import result_layout
 from estimation.status import SENTENCES, Status
+from models.escaped import in_comment
 from models.state_space import StateSpaceModel
 from models.units import readable_unit
 
@@ -42,7 +43,7 @@ def header(export: Exportable, prefix: str, precision: Precision, form: str) -> 
         "interface.h",
         prefix=prefix,
         PREFIX=capital,
-        title=title(export, precision, form),
+        title=in_comment(title(export, precision, form)),
         real=precision.c_type,
         sizes="\n".join(_sizes(export, capital)),
         states=_enumeration(
@@ -116,7 +117,7 @@ def _enumeration(
     rows = list(entries)
     names = macros(name for name, _ in rows)
     lines = [
-        f"    {capital}_{kind}_{name} = {i}, /* {unit} */"
+        f"    {capital}_{kind}_{name} = {i}, /* {in_comment(unit)} */"
         for i, (name, (_, unit)) in enumerate(zip(names, rows, strict=True), first)
     ]
     return "\n".join(["enum {", *lines, "};"]) if lines else f"/* no {kind.lower()} */"
@@ -171,7 +172,7 @@ def _lags(capital: str, lags: Sequence[int]) -> str:
 
 
 def _comment(lines: list[str]) -> str:
-    return "/* " + "\n * ".join(lines) + " */"
+    return "/* " + "\n * ".join(map(in_comment, lines)) + " */"
 
 
 def _statuses(capital: str) -> str:

@@ -34,8 +34,8 @@ def run_still(
     )
     console.print()
     for sentence in found.sentences():
-        console.print(sentence, markup=False)
-    console.print(f"written to {output}", markup=False)
+        console.print(sentence)
+    console.print(f"written to {output}")
 
 
 def run_camera(
@@ -68,8 +68,8 @@ def run_camera(
     )
     console.print()
     for sentence in found.sentences():
-        console.print(sentence, markup=False)
-    console.print(f"written to {output}", markup=False)
+        console.print(sentence)
+    console.print(f"written to {output}")
 
 
 @contextmanager

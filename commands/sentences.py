@@ -14,6 +14,7 @@ import typer
 
 from models.errors import InputError
 from models.names import did_you_mean
+from models.shown_text import one_line
 
 
 class ExitCode(IntEnum):
@@ -53,8 +54,9 @@ def one_line_warning(message: Warning | str, *_: object, **__: object) -> None:
 
 
 def say(sentence: str) -> None:
-    """Print one sentence on stderr."""
-    print(f"pen-mhe: {sentence}", file=sys.stderr)
+    """Print one sentence on stderr, or the lines of one; no terminal obeys what stands in it."""
+    lines = [one_line(line) for line in sentence.split("\n")]
+    print("pen-mhe: " + "\n".join(lines), file=sys.stderr)
 
 
 @contextmanager

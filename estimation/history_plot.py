@@ -155,15 +155,20 @@ def _draw(
         time_s, value, std = _thinned(time_s, value, std)
         band = factor * (value - 2 * std), factor * (value + 2 * std)
         panel.fill_between(time_s, *band, alpha=0.2, color=colour, linewidth=0)
-        panel.plot(time_s, factor * value, color=colour, linewidth=1.0, label=label)
+        panel.plot(time_s, factor * value, color=colour, linewidth=1.0, label=_plain(label))
     if truth is not None and true is not None:
         panel.plot(truth.time_s, factor * true, label="truth", **TRUTH_STYLE)
-    panel.set_ylabel(f"{words} / {unit}" if unit else words)
+    panel.set_ylabel(_plain(f"{words} / {unit}" if unit else words))
     panel.margins(x=0)
     panel.grid(alpha=0.3)
     margin = 0.05 * (high - low)
     if np.isfinite(margin) and margin > 0:
         panel.set_ylim(factor * (low - margin), factor * (high + margin))
+
+
+def _plain(text: str) -> str:
+    """Return a text that matplotlib shows as it is, instead of taking parts of it for formulas."""
+    return text.replace("$", r"\$")
 
 
 def _curve(history: HistoryView, state: str) -> Curve:

@@ -41,9 +41,8 @@ def html(history: HistoryView) -> str:
             f"{mean.min():.4g} … {mean.max():.4g}",
         )
         numbers = "".join(f"<td style='text-align:right'>{cell}</td>" for cell in cells)
-        rows.append(
-            f"<tr><td style='text-align:left'>{escape(quantity)}</td><td>{unit}</td>{numbers}</tr>"
-        )
+        words = f"<td style='text-align:left'>{escape(quantity)}</td><td>{escape(unit)}</td>"
+        rows.append(f"<tr>{words}{numbers}</tr>")
     titles = ("state", "unit", "last ± σ", "median σ", "range")
     header = "".join(f"<th>{title}</th>" for title in titles)
     return f"{head}<br>status: {escape(told)}<table><tr>{header}</tr>{''.join(rows)}</table>"

@@ -13,6 +13,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from models.errors import InputError
+from models.parsed import toml_data
+from models.plain_names import plain_name
+from models.regular_files import read_text
+
 
 @cache
 def bundled_pens() -> Mapping[str, Path]:
@@ -34,7 +39,9 @@ def sensor_names(pen: str | Path) -> tuple[str, ...]:
     if str(pen) in bundled_pens() and not path.is_file():
         path = bundled_pens()[str(pen)]
     try:
-        sensors = tomllib.loads(path.read_text("utf-8")).get("sensors")
-    except (OSError, ValueError):
+        where = f"pen file {path}"
+        text = read_text(path, where, "a readable TOML file", "toml_bytes")
+        sensors = toml_data(text, where).get("sensors")
+    except InputError:
         return ()
-    return tuple(sensors) if isinstance(sensors, dict) else ()
+    return tuple(map(plain_name, sensors)) if isinstance(sensors, dict) else ()

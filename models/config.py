@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, model_validator
 
 from models.names import expected_one_of
+from models.plain_names import check_text
+from models.shown_text import short, value_text
 from models.units import accepted_names, split_unit
+
+
+def _checked_title(text: str) -> str:
+    check_text(text, "a name for people")
+    return text
+
+
+Title = Annotated[str, AfterValidator(_checked_title)]
+"""A name for people: one printable line, in any script."""
 
 
 class UnitConfig(BaseModel):
@@ -57,7 +68,7 @@ def _scaled(value: Any, factor: float) -> Any:
         return [_scaled(item, factor) for item in value]
     if value is None:
         return None
-    raise ValueError(f"expected a number, got {value!r}")
+    raise ValueError(f"expected a number, got {value_text(value)}")
 
 
 def _unknown_key(key: str, config: type[BaseModel]) -> str:
@@ -65,5 +76,5 @@ def _unknown_key(key: str, config: type[BaseModel]) -> str:
     for field in by_stem:
         stem, unit = split_unit(field)
         if unit and key.startswith(stem + "_"):
-            return f"unknown key {key}; expected {' or '.join(accepted_names(field))}"
-    return f"unknown key {key}; {expected_one_of(key, sorted(config.model_fields))}"
+            return f"unknown key {short(key)}; expected {' or '.join(accepted_names(field))}"
+    return f"unknown key {short(key)}; {expected_one_of(key, sorted(config.model_fields))}"

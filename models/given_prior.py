@@ -13,6 +13,7 @@ from models.errors import InputError
 from models.gaussian import GaussianState
 from models.model_checks import check_prior
 from models.names import unknown
+from models.plain_names import check_text
 
 Known = Mapping[str, tuple[float, float]]
 """Name → mean and standard deviation."""
@@ -50,6 +51,7 @@ def known_values(model: str, kind: str, known: Known) -> tuple[Array, Array]:
                 f"model {model}: {kind} {name} starts from {pair}, "
                 "expected (mean, positive standard deviation)"
             )
+        check_text(name, f"model {model}: {kind}")
     return pairs[:, 0], pairs[:, 1]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from html import escape
 from typing import Protocol
 
 import casadi as ca
@@ -87,15 +88,15 @@ def model_text(model: ReadModel) -> str:
 def model_html(model: ReadModel) -> str:
     """Return two tables for a notebook."""
     of_states = "".join(
-        f"<tr><td>{name}</td><td>{unit}</td><td>{mean:.4g} ± {std:.4g}</td></tr>"
+        f"<tr><td>{escape(name)}</td><td>{escape(unit)}</td><td>{mean:.4g} ± {std:.4g}</td></tr>"
         for name, unit, mean, std in _prior_rows(model)
     )
     of_sensors = "".join(
-        f"<tr><td>{sensor.name}</td><td>{sensor.kind}</td><td>{noise_text(sensor)}</td></tr>"
+        f"<tr><td>{escape(sensor.name)}</td><td>{sensor.kind}</td><td>{escape(noise_text(sensor))}</td></tr>"
         for sensor in model.sensors
     )
     return (
-        f"<b>{model.name}</b><table><tr><th>state</th><th>unit</th><th>prior</th></tr>{of_states}"
+        f"<b>{escape(model.name)}</b><table><tr><th>state</th><th>unit</th><th>prior</th></tr>{of_states}"
         f"</table><table><tr><th>sensor</th><th>kind</th><th>noise (std)</th></tr>{of_sensors}"
         "</table>"
     )

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from models.errors import InputError
+from models.shown_text import short
 
 SIMILARITY = 0.6
 """From which ratio of `difflib` on a name is taken for a misspelt one; larger guesses less."""
+LONGEST_TYPED = 100
+"""Characters of a name that somebody may have mistyped; a longer one takes long to compare."""
 
 
 def unknown(kind: str, name: object, known: Iterable[str]) -> InputError:
@@ -19,7 +22,9 @@ def unknown(kind: str, name: object, known: Iterable[str]) -> InputError:
     name : as it was typed
     known : the names that there are
     """
-    return InputError(f"{kind} {name or repr(name)} is unknown, {expected_one_of(name, known)}")
+    return InputError(
+        f"{kind} {short(name) or repr(name)} is unknown, {expected_one_of(name, known)}"
+    )
 
 
 def expected_one_of(name: object, known: Iterable[str]) -> str:
@@ -41,6 +46,8 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     """
     from difflib import get_close_matches  # only where somebody mistyped
 
+    if len(name) > LONGEST_TYPED:
+        return None
     spelt = {one.casefold(): one for one in known}
     typed = name.casefold()
     alike = get_close_matches(typed, spelt, n=1, cutoff=SIMILARITY)

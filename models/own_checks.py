@@ -8,6 +8,8 @@ import numpy as np
 
 from models.errors import InputError
 from models.own_sensors import OwnSensor
+from models.plain_names import check_name, check_text
+from models.shown_text import short
 
 
 def check_parts(
@@ -26,7 +28,9 @@ def check_parts(
         if given is not None and not isinstance(given, Mapping):
             raise InputError(f"model {model}: {what} are {given!r}, expected a mapping by name")
     assert isinstance(sensors, Mapping)
+    check_text(model, "model")
     for name, sensor in sensors.items():
+        check_name(name, f"model {model}: sensor {short(name)}")
         if not isinstance(sensor, OwnSensor):
             raise InputError(f"model {model}: sensor {name} is {sensor!r}, expected an OwnSensor")
         if not isinstance(sensor.axes, Mapping) or not _are_texts(sensor.axes.values()):
@@ -34,6 +38,8 @@ def check_parts(
                 f"model {model}: axes of sensor {name} are {sensor.axes!r}, "
                 'expected axis → unit ("" where it has none)'
             )
+        for axis in sensor.axes:
+            check_text(axis, f"model {model}: sensor {name}: axis")
         rate = sensor.rate_hz
         if rate is not None and not (isinstance(rate, int | float | np.number) and rate > 0):
             raise InputError(

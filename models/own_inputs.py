@@ -14,6 +14,7 @@ import casadi as ca
 
 from models.errors import InputError
 from models.names import several, unknown
+from models.plain_names import check_text
 from models.units import unit_ending
 
 Inputs = Mapping[str, str] | Iterable[str]
@@ -73,6 +74,7 @@ def own_inputs(
             raise InputError(
                 f"model {model}: input {name!r} in {unit!r}, expected a name and its unit as texts"
             )
+        check_text(name, f"model {model}: input")
         if names.count(name) > 1 or name in taken:
             raise InputError(
                 f"model {model}: input {name} is the name of another quantity, "

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PositiveFloat, ValidationInfo, field_validator, model_validator
 
-from models.config import UnitConfig
+from models.config import Title, UnitConfig
 from models.level import Vector2, check_level
 from models.motion import Motion, with_motion
 from models.outputs import UNIFORM_ANGLE_STD_RAD
@@ -63,7 +63,7 @@ class PenConfig(UnitConfig):
     paper : what the tip may not pass, see `models.paper`; None leaves it free
     """
 
-    name: str
+    name: Title
     degrees_of_freedom: Literal[5, 6] = 6
     gravity_m_s2: PositiveFloat = 9.81
     level_rad: Vector2 = (0.0, 0.0)

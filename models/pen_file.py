@@ -16,13 +16,18 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from models.border import reading
 from models.bundled import bundled_pens as bundled_pens  # people look for it here
 from models.config import UnitConfig
 from models.errors import InputError
 from models.motion import CHAINS, keys_of_file
 from models.names import did_you_mean, expected_one_of
+from models.parsed import toml_data
 from models.pen_config import PenConfig
+from models.plain_names import with_plain_names
+from models.regular_files import read_text
 from models.sensor_kinds.table import SENSOR_KINDS
+from models.shown_text import short, value_text
 from models.version import VERSION_KEY, check_version
 
 ConfigT = TypeVar("ConfigT", bound=UnitConfig)
@@ -59,17 +64,10 @@ def load_config(path: str | Path, config: type[ConfigT], what: str) -> ConfigT:
     InputError
         If the file is missing, is not TOML, or a key or value in it is wrong.
     """
-    path = Path(path)
-    try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "is not UTF-8"
-        raise InputError(f"{what} {path}: {reason}, expected a readable TOML file") from None
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{what} {path}: {error}, expected TOML") from None
-    return parse_config(data, config, where=f"{what} {path}")
+    where, expected = f"{what} {path}", "a readable TOML file"
+    with reading(where, expected):
+        text = read_text(Path(path), where, expected, "toml_bytes")
+        return parse_config(toml_data(text, where), config, where)
 
 
 def parse_config(data: dict[str, Any], config: type[ConfigT], where: str) -> ConfigT:
@@ -86,11 +84,13 @@ def parse_config(data: dict[str, Any], config: type[ConfigT], where: str) -> Con
     sensors = data.get("sensors", {})
     if not isinstance(sensors, dict):
         raise InputError(f"{where}: key sensors: expected a table of sensors")
-    resolved = {name: _with_preset(name, sensor, where) for name, sensor in sensors.items()}
-    try:
-        return config.model_validate({**data, "sensors": resolved})
-    except ValidationError as error:
-        raise InputError(_one_sentence(error, where, data)) from None
+    with reading(where, "numbers and names as in a bundled pen"):
+        sensors = with_plain_names(sensors, f"{where}: key sensors", "sensor")
+        resolved = {name: _with_preset(name, sensor, where) for name, sensor in sensors.items()}
+        try:
+            return config.model_validate({**data, "sensors": resolved})
+        except ValidationError as error:
+            raise InputError(_one_sentence(error, where, data)) from None
 
 
 def _with_preset(name: str, sensor: Any, where: str) -> Any:
@@ -99,7 +99,7 @@ def _with_preset(name: str, sensor: Any, where: str) -> Any:
     preset_name = sensor["preset"]
     if not isinstance(preset_name, str) or preset_name not in _preset_table():
         raise InputError(
-            f"{where}: key sensors.{name}.preset: unknown preset {preset_name}; "
+            f"{where}: key sensors.{name}.preset: unknown preset {short(preset_name)}; "
             f"{expected_one_of(preset_name, _preset_table())}"
         )
     preset = dict(_preset_table()[preset_name])
@@ -133,7 +133,7 @@ def _one_sentence(error: ValidationError, where: str, data: Mapping[str, Any]) -
             message += did_you_mean(first["input"][tag], known)
     more = error.error_count() - 1
     rest = f" (and {more} more)" if more else ""
-    return f"{where}: key {'.'.join(keys) or '(top level)'}: {message}{rest}"
+    return f"{where}: key {short('.'.join(keys)) or '(top level)'}: {message}{rest}"
 
 
 def load_pen(pen: str | Path) -> PenConfig:
@@ -146,14 +146,15 @@ def load_pen(pen: str | Path) -> PenConfig:
         the message names the file, the key and what was expected.
     """
     path = Path(pen)
-    if str(pen) in bundled_pens() and not path.is_file():
-        path = bundled_pens()[str(pen)]
-    elif not path.exists():
-        raise InputError(
-            f"pen file {pen} does not exist; expected a file, "
-            f"or a bundled pen: {', '.join(bundled_pens())}{did_you_mean(pen, bundled_pens())}"
-        )
-    return load_config(path, PenConfig, "pen file")
+    with reading(f"pen file {value_text(str(pen))}", "a file, or a bundled pen"):
+        if str(pen) in bundled_pens() and not path.is_file():
+            path = bundled_pens()[str(pen)]
+        elif not path.exists():
+            raise InputError(
+                f"pen file {pen} does not exist; expected a file, "
+                f"or a bundled pen: {', '.join(bundled_pens())}{did_you_mean(pen, bundled_pens())}"
+            )
+        return load_config(path, PenConfig, "pen file")
 
 
 def pen_paths(pen: str | Path) -> tuple[Path, ...]:

@@ -36,7 +36,7 @@ from pydantic import Field, PositiveFloat, field_validator
 
 from models.arrays import Array
 from models.body_model import Kinematics, body_model, choose_sensors, linear_step
-from models.config import UnitConfig
+from models.config import Title, UnitConfig
 from models.kinematics import RigidBody
 from models.manifold import wrapped_angles
 from models.pen_file import load_config
@@ -103,7 +103,7 @@ class TurntableConfig(UnitConfig):
     sensors : by name
     """
 
-    name: str
+    name: Title
     gravity_m_s2: PositiveFloat = 9.81
     tolerance_reached_after_s: PositiveFloat = 1.0
     tilt_phi: TurntableAxis

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,11 @@ import numpy as np
 
 from estimation.estimate import EstimateHistory
 from models.arrays import Array
+from models.border import reading
 from models.errors import InputError
+from models.limits import check_most
+from models.regular_files import open_regular
+from models.shown_text import short
 
 INCH_MM = 25.4
 OUTLIER_FACTOR = 2.0
@@ -78,18 +83,40 @@ def ink_points_mm(scan: str | Path) -> Array:
     """
     from PIL import Image
 
-    try:
-        with Image.open(scan) as image:
-            dpi = float(image.info.get("dpi", (0,))[0])
-            grey = np.asarray(image.convert("L"))
-    except OSError as error:
-        raise InputError(f"{scan}: {error}, expected an image") from None
-    if not dpi > 0:
+    with (
+        reading(scan, "an image"),
+        open_regular(Path(scan), str(scan), "an image", "table_bytes") as file,
+        _pillows_errors(scan),
+        Image.open(file) as image,
+    ):
+        check_most("pixels", image.width * image.height, str(scan))
+        dpi = float(image.info.get("dpi", (0,))[0])
+        grey = np.asarray(image.convert("L"))
+    if not (math.isfinite(dpi) and dpi > 0):
         raise InputError(f"{scan}: no resolution in the image's metadata, expected dpi")
     rows, columns = np.nonzero(grey <= otsu_threshold(grey))
     points = np.column_stack([columns, grey.shape[0] - 1 - rows]) * INCH_MM / dpi
     distance = np.linalg.norm(points - np.median(points, axis=0), axis=1)
     return np.asarray(points[distance <= OUTLIER_FACTOR * np.median(distance)])
+
+
+@contextmanager
+def _pillows_errors(scan: str | Path) -> Iterator[None]:
+    """Raise `InputError` for what Pillow makes of a damaged image.
+
+    How many pixels there may be is left to us: our limit says how it is raised.
+    """
+    from PIL import Image
+
+    before, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+    try:
+        yield
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # each of its formats has its own
+        raise InputError(f"{scan}: {short(str(error))}, expected an image") from error
+    finally:
+        Image.MAX_IMAGE_PIXELS = before
 
 
 def written_path_mm(tip_xy_m: Array, pressed: Array) -> Array:

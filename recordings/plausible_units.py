@@ -67,6 +67,7 @@ class Evidence:
     finding: str
 
 
+@np.errstate(over="ignore", invalid="ignore")  # readings beyond any unit
 def check_units(
     recording: Recording, pen: PenConfig, *, read_as: Mapping[str, str] | None = None
 ) -> None:
@@ -198,7 +199,8 @@ def _turns(
         start = t[0] + step * WINDOW_S / 2
         here = _samples(t, start)
         if (
-            _longest_gap_s(t[here], start) > LONGEST_GAP_S
+            here.stop - here.start < 2  # of times so large that a second is nothing to them
+            or _longest_gap_s(t[here], start) > LONGEST_GAP_S
             or _longest_gap_s(rate_time_s[_samples(rate_time_s, start)], start) > LONGEST_GAP_S
             or np.sqrt(np.mean(is_rough[here] ** 2)) > GENTLE
         ):

@@ -8,7 +8,9 @@ from pathlib import Path
 import pandas as pd
 
 from estimation.recording import Recording
+from models.border import reading
 from models.errors import InputError
+from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
 from models.state_space import StateSpaceModel
 from recordings.formats.model_tables import recording_from_model_table
@@ -39,7 +41,8 @@ def read_recording(
     if isinstance(pen, StateSpaceModel):
         from recordings.formats.tables import read_table
 
-        return recording_from_model_table(read_table(Path(path)), pen, str(path))
+        with reading(f"recording {path}", "a table of the model's readings"):
+            return recording_from_model_table(read_table(Path(path)), pen, str(path))
     return read_written(path, pen, units=units).recording
 
 
@@ -60,7 +63,12 @@ def read_written(
         If it does not exist, does not fit the pen, has a single sample, or only
         makes sense in other units; see `recordings.plausible_units`.
     """
-    path, config = Path(path), as_pen(pen)
+    config = as_pen(pen)
+    with reading(f"recording {path}", format_names()):
+        return _read(Path(path), config, units or {})
+
+
+def _read(path: Path, config: PenConfig, units: Mapping[str, str]) -> WrittenRecording:
     if not path.exists():
         raise InputError(f"recording {path} does not exist, expected {format_names()}")
     row = format_of(path)

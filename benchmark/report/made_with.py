@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -34,7 +35,7 @@ def duration_s(run: Mapping[str, Any]) -> float | None:
     sittings = run.get("sessions")
     parts = sittings if isinstance(sittings, list) and sittings else [run]
     found = [part.get("seconds") for part in parts if isinstance(part, Mapping)]
-    known = [float(value) for value in found if isinstance(value, int | float)]
+    known = [value for value in found if isinstance(value, int | float) and math.isfinite(value)]
     return sum(known) if known else None
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from benchmark.configurations import CONFIGURATIONS, SensorConfiguration
 from benchmark.figures.style import NAMED
 from benchmark.tasks.task import OK
+from models.border import reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -111,10 +112,11 @@ def configurations_of(run: Mapping[str, Any]) -> Mapping[str, SensorConfiguratio
     own = run.get("configurations")
     if not own:
         return CONFIGURATIONS
-    return {
-        row["label"]: SensorConfiguration(**{**row, "sensors": tuple(row["sensors"])})
-        for row in own
-    }
+    with reading("run.json: key configurations", "what a run wrote"):
+        return {
+            row["label"]: SensorConfiguration(**{**row, "sensors": tuple(row["sensors"])})
+            for row in own
+        }
 
 
 def matrices(

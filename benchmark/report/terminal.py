@@ -19,11 +19,12 @@ from benchmark.report.sentences import (
     verdict_sentence,
 )
 from benchmark.verdicts.judge import VERDICTS
+from models.escaped import code_span, in_markdown
 
 
 def terminal(content: Content) -> str:
     """Return the Markdown."""
-    blocks = [f"# {TITLE}", _escaped(lead(content)), "## The answer", *answer_blocks(content)]
+    blocks = [f"# {TITLE}", in_markdown(lead(content)), "## The answer", *answer_blocks(content)]
     blocks += [*_papers_world(content), "## Verdicts", verdict_sentence(content), _counts(content)]
     if found := refuted(content):
         blocks += ["Claims that do not hold:", _list(_claim(part, j.claim.id) for part, j in found)]
@@ -37,16 +38,16 @@ def terminal(content: Content) -> str:
 def answer_blocks(content: Content) -> list[str]:
     """Return the matrices with their advice, and what the estimators cost."""
     if not content.answers:
-        return [_escaped(f"This run has no results of {content.wanted}.")]
+        return [in_markdown(f"This run has no results of {content.wanted}.")]
     blocks = [
-        f"{_escaped(answer_is_about(content))} RMSE: median over the seeds (smallest to largest); "
-        "`*` marks the best."
+        f"{in_markdown(answer_is_about(content))} RMSE: median over the seeds (smallest to "
+        "largest); `*` marks the best."
     ]
     for answer in content.answers:
         matrix = answer.matrix
-        blocks.append(_escaped(f"### {matrix.quantity}, {matrix.unit} ({matrix.case})"))
+        blocks.append(in_markdown(f"### {matrix.quantity}, {matrix.unit} ({matrix.case})"))
         said = (answer.advice.take, answer.advice.without_camera, answer.advice.more)
-        blocks.append(_escaped(" ".join(said)))
+        blocks.append(in_markdown(" ".join(said)))
         blocks.append(matrix_table(matrix))
     blocks.append("### What the estimators cost")
     rows = [
@@ -83,16 +84,16 @@ def _optima(content: Content) -> list[str]:
         )
         for row in content.optima
     ]
-    return [f"### {OPTIMUM}", _escaped(ABOUT_OPTIMUM), table(HEAD, rows)]
+    return [f"### {OPTIMUM}", in_markdown(ABOUT_OPTIMUM), table(HEAD, rows)]
 
 
 def _papers_world(content: Content) -> list[str]:
     """Return the matrices of the pen that cannot spin."""
     if not content.apart and not content.belief:
         return []
-    blocks = [f"## {PAPERS_WORLD}", _escaped(papers_world(content)), _list(content.belief)]
+    blocks = [f"## {PAPERS_WORLD}", in_markdown(papers_world(content)), _list(content.belief)]
     for matrix in content.apart:
-        blocks.append(_escaped(f"### {matrix.quantity}, {matrix.unit} ({matrix.case})"))
+        blocks.append(in_markdown(f"### {matrix.quantity}, {matrix.unit} ({matrix.case})"))
         blocks.append(matrix_table(matrix))
     return blocks
 
@@ -107,7 +108,7 @@ def matrix_table(matrix: Matrix) -> str:
 
 def table(head: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
     """Return a Markdown table with columns of even width; pipes in cells are escaped."""
-    cells = [[_escaped(str(cell)) for cell in row] for row in (head, *rows)]
+    cells = [[in_markdown(str(cell)) for cell in row] for row in (head, *rows)]
     widths = [max(len(row[column]) for row in cells) for column in range(len(head))]
     lines = ["| " + " | ".join(map(str.ljust, row, widths)) + " |" for row in cells]
     rule = "|" + "|".join("-" * (width + 2) for width in widths) + "|"
@@ -115,7 +116,7 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
 
 
 def _part(part: ReportPart) -> list[str]:
-    blocks = [f"## {_escaped(part.title)}", _escaped(part.summary), _escaped(part.missing)]
+    blocks = [f"## {in_markdown(part.title)}", in_markdown(part.summary), in_markdown(part.missing)]
     if part.judgements:
         rows = [
             (
@@ -160,7 +161,7 @@ def _part(part: ReportPart) -> list[str]:
         ]
         if len(part.broken) > MOST:
             blocks.append(f"{len(part.broken) - MOST} more lines are in results.parquet.")
-    return [*blocks, f"Make it again: `{part.command}`"]
+    return [*blocks, f"Make it again: {code_span(part.command)}"]
 
 
 def _outcome(row: Broken) -> tuple[str, str, str]:
@@ -192,11 +193,4 @@ def _with_interval(figure: float, low: float, high: float) -> str:
 
 
 def _list(entries: Iterable[str]) -> str:
-    return "\n".join(f"- {_escaped(entry)}" for entry in entries)
-
-
-def _escaped(text: str) -> str:
-    # What would end a cell, a line or begin HTML or a link; the rest stays readable.
-    for mark, safe in (("\\", "\\\\"), ("|", "\\|"), ("<", "\\<"), ("`", "\\`"), ("](", "]\\(")):
-        text = text.replace(mark, safe)
-    return " ".join(text.split())
+    return "\n".join(f"- {in_markdown(entry)}" for entry in entries)

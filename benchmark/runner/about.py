@@ -18,7 +18,7 @@ from benchmark.runner.identity import code_identity, task_identity, versions
 from benchmark.tasks.suite import Scope
 from estimation.native import compiler
 from estimation.output_file import write_whole
-from models.errors import InputError
+from models.parsed import check_entries, read_object
 from pen_mhe.rooms import ROOT
 
 NAME = "run.json"
@@ -101,15 +101,19 @@ def write_about(run: Mapping[str, Any], folder: Path) -> None:
 def read_about(folder: Path) -> dict[str, Any]:
     """Read ``run.json``; raises `InputError` where it is missing or no JSON object."""
     path = folder / NAME
-    try:
-        found = json.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}, expected the folder of a run") from None
-    except ValueError as error:
-        raise InputError(f"{path}: {error}, expected JSON") from None
-    if not isinstance(found, dict):
-        raise InputError(f"{path} holds no object, expected what a run wrote")
+    found = read_object(path, "the folder of a run")
+    check_entries(found, _ENTRIES, str(path))
     return found
+
+
+_ENTRIES: Mapping[str, tuple[type, type | None]] = {
+    **dict.fromkeys(("command", "again", "answer_is_about", "code"), (str, None)),
+    **dict.fromkeys(("suites", "estimators"), (list, str)),
+    **dict.fromkeys(("versions", "machine", "git"), (dict, str)),
+    "seeds": (int, None),
+    "sessions": (list, dict),
+}
+"""Entry of ``run.json`` that is read again → its type, and that of its entries or keys."""
 
 
 def _git(*arguments: str) -> str:

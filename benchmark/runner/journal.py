@@ -19,6 +19,9 @@ from filelock import FileLock, Timeout
 from estimation.output_file import append_whole, one_sentence_for
 from estimation.output_folder import make_folder, unmake
 from models.errors import InputError
+from models.limits import check_most, most
+from models.regular_files import open_regular
+from models.shown_text import LONGEST_VALUE, one_line
 
 TaskT = TypeVar("TaskT")
 ResultT = TypeVar("ResultT")
@@ -81,6 +84,8 @@ class Journal(Generic[TaskT, ResultT]):
                 f"output {self.path.parent} is being written by another run, expected one at a time"
             ) from None
         try:
+            if self.path.exists():  # a pipe or a device would be waited for
+                open_regular(self.path, f"journal {self.path}", "a journal", "table_bytes").close()
             with one_sentence_for(self.path):
                 self._file = open(self.path, "a+b")  # closed in __exit__
                 self._index()
@@ -127,9 +132,10 @@ class Journal(Generic[TaskT, ResultT]):
             return self._lines.decoded(json.loads(file.readline()))
         except Exception as error:  # whatever a damaged line makes of itself
             raise InputError(
-                f"journal {self.path}: the line at byte {offset} is damaged ({error}), "
+                f"journal {self.path}: the line at byte {offset} is damaged "
+                f"({one_line(str(error), LONGEST_VALUE)}), "
                 "expected one as it was written; without that line its task runs again"
-            ) from None
+            ) from error
 
     def _open(self) -> IO[bytes]:
         assert self._file is not None, "the journal is used as a context manager"
@@ -139,7 +145,7 @@ class Journal(Generic[TaskT, ResultT]):
         """Find every line; cut off what a kill left of the last one."""
         file = self._open()
         end = 0
-        for offset, line in _whole_lines(file):
+        for offset, line in _whole_lines(file, f"journal {self.path}"):
             self._note(offset, line)
             end = offset + len(line)
         file.truncate(end)
@@ -149,20 +155,21 @@ class Journal(Generic[TaskT, ResultT]):
             found = json.loads(line)
             key = self._lines.key_of(found), str(found["identity"])
             is_finished = self._lines.is_finished(found)
-        except (ValueError, KeyError, TypeError):
+        except Exception as error:  # whatever another line makes of itself
             raise InputError(
                 f"journal {self.path}: the line at byte {offset} is none of a journal, "
                 "expected a file that only this command writes"
-            ) from None
+            ) from error
         if is_finished:
             self._offsets[key] = offset
         else:
             self._offsets.pop(key, None)
 
 
-def _whole_lines(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
+def _whole_lines(file: IO[bytes], where: str) -> Iterator[tuple[int, bytes]]:
     file.seek(0)
-    offset = 0
-    while (line := file.readline()).endswith(b"\n"):
+    offset, longest = 0, most("line_bytes")
+    while (line := file.readline(longest + 1)).endswith(b"\n"):
         yield offset, line
         offset += len(line)
+    check_most("line_bytes", len(line), f"{where}: the line at byte {offset}")

@@ -19,6 +19,8 @@ from benchmark.runner.interrupts import interrupted, undisturbed
 from benchmark.runner.journal import Journal, LineFormat
 from benchmark.runner.processes import run_here, run_in_processes
 from benchmark.runner.single_thread import is_single_threaded, single_threaded_children
+from models.known_types import unpickled
+from pen_mhe.rooms import rooms
 
 TaskT = TypeVar("TaskT", bound=Hashable)
 ResultT = TypeVar("ResultT")
@@ -76,8 +78,8 @@ def kept_results(
     Exception
         What a task raised.
     """
-    made_with = {task: identity(task) for task in tasks}
-    with Journal(journal_path(name, folder), RESULT_LINES) as journal, progress(name) as start:
+    made_with, path = {task: identity(task) for task in tasks}, journal_path(name, folder)
+    with Journal(path, result_lines(function)) as journal, progress(name) as start:
         todo = [task for task in tasks if not journal.has(task, made_with[task])]
         if len(todo) < len(tasks):
             console.print(
@@ -143,14 +145,18 @@ def _encoded(task: object, result: object) -> dict[str, str]:
     return {"task": repr(task), "pickle": base64.b64encode(pickle.dumps(result)).decode("ascii")}
 
 
-def _decoded(line: Mapping[str, Any]) -> Any:
-    return pickle.loads(base64.b64decode(line["pickle"]))
+def result_lines(function: Callable[..., object]) -> LineFormat[Any, Any]:
+    """Return how results of a function are lines.
 
+    They are pickled: they are read by the code that wrote them, or not at all. What a line names
+    must be a class of the house, or of the package that the function is from.
+    """
+    whole = function.func if isinstance(function, partial) else function
+    packages = {*rooms(), whole.__module__.split(".")[0]}
 
-RESULT_LINES = LineFormat[Any, Any](
-    key=repr,
-    encoded=_encoded,
-    key_of=lambda line: str(line["task"]),
-    decoded=_decoded,
-)
-"""Results are pickled: they are read by the code that wrote them, or not at all."""
+    def decoded(line: Mapping[str, Any]) -> Any:
+        return unpickled(base64.b64decode(line["pickle"]), packages)
+
+    return LineFormat(
+        key=repr, encoded=_encoded, key_of=lambda line: str(line["task"]), decoded=decoded
+    )

@@ -12,6 +12,7 @@ import numpy as np
 
 from benchmark.runner.journal import Journal, LineFormat
 from benchmark.tasks.task import FAILED, Outcome, Quantity, Series, Task
+from models.known_types import checked_fields
 
 NAME = "journal.jsonl"
 
@@ -33,12 +34,12 @@ def _encoded(task: Task, outcome: Outcome) -> dict[str, Any]:
 
 def _decoded(line: Mapping[str, Any]) -> Outcome:
     fields = {f.name: line[f.name] for f in dataclasses.fields(Outcome)}
-    fields["quantities"] = tuple(Quantity(*values) for values in line["quantities"])
+    fields["quantities"] = tuple(checked_fields(Quantity(*values)) for values in line["quantities"])
     fields["series"] = tuple(
-        Series(**{name: _unpacked(value) for name, value in series.items()})
+        checked_fields(Series(**{name: _unpacked(value) for name, value in series.items()}))
         for series in line["series"]
     )
-    return Outcome(**fields)
+    return checked_fields(Outcome(**fields))
 
 
 def _packed(value: Any) -> Any:

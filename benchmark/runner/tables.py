@@ -14,11 +14,12 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, Results
+from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, TASK_COLUMNS, Results
 from benchmark.tasks.task import Outcome, Quantity, Task
 from estimation.output_file import whole_files
 from models.errors import InputError
 from models.version import version_metadata
+from recordings.formats.arrow import read_arrow, with_types
 
 RESULTS, SERIES = "results.parquet", "series.parquet"
 TASKS_AT_A_TIME = 500
@@ -104,8 +105,6 @@ def read_tables(folder: Path) -> Results:
     InputError
         If a file is missing, lacks a column or is of another run; the message names it.
     """
-    import pandas as pd  # slow to import, for tables only
-
     tables, pair = [], set()
     for name, columns in ((RESULTS, RESULT_COLUMNS), (SERIES, SERIES_COLUMNS)):
         path = folder / name
@@ -113,14 +112,9 @@ def read_tables(folder: Path) -> Results:
             raise InputError(
                 f"{path} does not exist, expected the folder of a finished `pen-mhe benchmark`"
             )
-        try:
-            table = pd.read_parquet(path)
-            pair.add((pq.read_metadata(path).metadata or {}).get(PAIR))
-        except (OSError, pa.ArrowInvalid) as error:
-            raise InputError(f"{path}: {error}, expected a Parquet file") from None
-        lacking = [column for column in columns if column not in table]
-        if lacking:
-            raise InputError(f"{path} has no column {lacking[0]}, expected {', '.join(columns)}")
+        arrow = read_arrow(path, str(path), "a Parquet file of a run")
+        pair.add((arrow.schema.metadata or {}).get(PAIR))
+        table = with_types(arrow, _schema(columns), str(path), filled=TASK_COLUMNS).to_pandas()
         # Few words many times: to choose rows by is ten times as fast so.
         tables.append(table.astype(dict.fromkeys(set(_WORDS) & set(columns), "category")))
     if len(pair) > 1:

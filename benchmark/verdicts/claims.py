@@ -6,7 +6,6 @@ A claim is a row ``[[claim]]`` of a suite's TOML file, committed before the suit
 from __future__ import annotations
 
 import datetime
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal, Self
@@ -14,7 +13,11 @@ from typing import Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from benchmark.tasks.results import RESULT_COLUMNS
+from models.border import reading
 from models.errors import InputError
+from models.parsed import toml_data
+from models.regular_files import read_text
+from models.shown_text import short
 
 Chosen = str | int | bool | tuple[str, ...] | tuple[int, ...]
 Compare = Literal["ratio", "difference"]
@@ -112,14 +115,15 @@ def load_claims(path: Path) -> tuple[Claim, ...]:
     InputError
         If a key or value is wrong, or an id stands twice; the message names file and key.
     """
-    try:
-        claims = _ClaimFile.model_validate(tomllib.loads(path.read_text("utf-8"))).claim
-    except (ValidationError, tomllib.TOMLDecodeError) as error:
-        if isinstance(error, tomllib.TOMLDecodeError):
-            raise InputError(f"claims file {path}: {error}") from None
-        first = error.errors(include_url=False, include_context=False)[0]
-        key = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"claims file {path}: key {key}: {first['msg']}") from None
+    where, expected = f"claims file {path}", "rows [[claim]] in TOML"
+    with reading(where, expected):
+        data = toml_data(read_text(path, where, expected, "toml_bytes"), where, expected=expected)
+        try:
+            claims = _ClaimFile.model_validate(data).claim
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_context=False)[0]
+            key = ".".join(str(part) for part in first["loc"])
+            raise InputError(f"{where}: key {short(key)}: {short(first['msg'])}") from None
     ids = [claim.id for claim in claims]
     twice = sorted({name for name in ids if ids.count(name) > 1})
     if twice:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -12,8 +11,11 @@ from typing import Any
 from models.bundled import bundled_pens
 from models.errors import InputError
 from models.motion import OLD_KEY
+from models.parsed import toml_data
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, parse_pen, presets
+from models.plain_names import plain_name
+from models.regular_files import read_text
 from models.units import accepted_names, split_unit
 from pen_mhe.tuning.parameters import MOTION, Parameter, rounded
 
@@ -57,7 +59,9 @@ class PenText:
     def __init__(self, text: str, where: str) -> None:
         self.where = where
         self.lines = text.splitlines()
-        self.data = tomllib.loads(text)
+        self.data = toml_data(text, where)
+        if isinstance(sensors := self.data.get("sensors"), dict):
+            self.data["sensors"] = {plain_name(name): sensors[name] for name in sensors}
 
     @classmethod
     def of(cls, pen: AnyPen) -> PenText | None:
@@ -67,7 +71,8 @@ class PenText:
         path = Path(pen)
         if str(pen) in bundled_pens() and not path.is_file():
             path = bundled_pens()[str(pen)]
-        return cls(path.read_text("utf-8"), f"pen file {pen}")
+        where = f"pen file {pen}"
+        return cls(read_text(path, where, "a readable TOML file", "toml_bytes"), where)
 
     def _table(self, table: tuple[str, ...]) -> Mapping[str, Any]:
         found: Any = self.data
@@ -127,8 +132,8 @@ class PenText:
             lines += _motion_lines(pen, part)
         text = "\n".join(_noted(lines, keys, note)) + "\n"
         try:
-            meant = parse_pen(tomllib.loads(text), self.where)
-        except (tomllib.TOMLDecodeError, InputError):
+            meant = parse_pen(toml_data(text, self.where), self.where)
+        except InputError:
             meant = None
         if meant is None or not _same(meant, pen):
             raise InputError(
@@ -178,7 +183,7 @@ def _section(lines: Sequence[str], name: str) -> tuple[int, int] | None:
         if (header := _HEADER.fullmatch(line)) or line.lstrip().startswith("[["):
             if start is not None:
                 return start, number
-            if header and re.sub(r"[\s\"']", "", header[1]) == name:
+            if header and plain_name(re.sub(r"[\"']|\s*(?=\.)|(?<=\.)\s*", "", header[1])) == name:
                 start = number + 1
     return None if start is None else (start, len(lines))
 

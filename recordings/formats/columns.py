@@ -19,6 +19,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.names import did_you_mean
 from models.pen_config import PenConfig
+from models.shown_text import value_text
 from models.true_path import TRUE_NAMES
 from models.units import TIME_DIGITS, UNITS, accepted_names
 
@@ -137,14 +138,26 @@ def numbers(cells: pd.Series, where: str) -> Array:
     """
     if cells.dtype.kind in "mM":  # pandas would count a date's nanoseconds
         raise InputError(f"{where}: column {cells.name} holds {cells.dtype}, expected numbers")
-    values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+    try:
+        values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+    except (TypeError, ValueError, OverflowError):  # objects, and whole numbers beyond a float
+        values = np.array([_number(cell) for cell in cells], dtype=float)
     bad = np.flatnonzero(~np.isfinite(values) & cells.notna().to_numpy())
     if len(bad):
+        found = value_text(str(cells.iloc[bad[0]]))
         raise InputError(
-            f"{where}: column {cells.name}, row {bad[0] + 1}: {str(cells.iloc[bad[0]])!r} is not "
+            f"{where}: column {cells.name}, row {bad[0] + 1}: {found} is not "
             "a finite number, expected one (a sensor without a reading has an empty cell)"
         )
     return values
+
+
+def _number(cell: object) -> float:
+    """Return a cell's number; infinity where it has none."""
+    try:
+        return float(cell)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        return np.inf
 
 
 def increasing_times(time_s: Array, header: str, where: str) -> Array:

@@ -9,7 +9,6 @@ Messages count rows, the elements of a file's list, from 1.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,8 +19,12 @@ from scipy.spatial.transform import Rotation
 
 from estimation.recording import Recording
 from models.arrays import Array
+from models.border import reading
 from models.errors import InputError
+from models.limits import check_most
+from models.parsed import json_data
 from models.pen_config import PenConfig
+from models.regular_files import open_regular
 from recordings.ink import Ink, ink_points_mm
 from recordings.pressure import above_baseline
 from recordings.written import WrittenRecording
@@ -122,6 +125,17 @@ def read_dpoint(
         increase, or an orientation is no rotation; the message names file and row.
     """
     folder = Path(folder)
+    with reading(f"recording {folder}", "a D-POINT folder"):
+        return _read(folder, camera_delay_s, pressure_threshold, height_m, baseline_s)
+
+
+def _read(
+    folder: Path,
+    camera_delay_s: float,
+    pressure_threshold: float,
+    height_m: float,
+    baseline_s: float | None,
+) -> DpointFolder:
     stylus, camera = _load(folder / STYLUS_FILE), _load(folder / CAMERA_FILE)
     device_ms = _column(stylus, folder / STYLUS_FILE, "data", "t")
     host_ms = _column(stylus, folder / STYLUS_FILE, "t")
@@ -132,6 +146,18 @@ def read_dpoint(
     position = _column(camera, folder / CAMERA_FILE, "data", "position")
     orientation = _column(camera, folder / CAMERA_FILE, "data", "orientation_mat")
 
+    for key, values, shape in (
+        ("t", host_ms, ()),
+        ("data.t", device_ms, ()),
+        ("data.accel", accel, (3,)),
+        ("data.gyro", gyro, (3,)),
+        ("data.pressure", pressure, ()),
+        ("t", frame_ms, ()),
+    ):
+        if values.shape[1:] != shape:
+            raise InputError(
+                f"recording {folder}: {key} has shape {values.shape[1:]}, expected {shape}"
+            )
     _check_increasing(device_ms, folder / STYLUS_FILE, "data.t")
     _check_increasing(frame_ms, folder / CAMERA_FILE, "t")
     offset_ms = np.median(host_ms - device_ms)
@@ -161,14 +187,11 @@ def read_dpoint(
 
 
 def _load(path: Path) -> list[dict[str, Any]]:
-    try:
-        rows = json.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}, expected a D-POINT file") from None
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: {error}, expected JSON") from None
+    with open_regular(path, f"{path}", "a D-POINT file", "json_bytes") as file:
+        rows = json_data(file.read(), f"{path}")
     if not isinstance(rows, list) or not rows:
         raise InputError(f"{path}: expected a list of samples, got none")
+    check_most("rows", len(rows), f"{path}")
     return rows
 
 
@@ -180,7 +203,7 @@ def _column(rows: list[dict[str, Any]], path: Path, *keys: str) -> Array:
             for key in keys:
                 value = value[key]
             values.append(np.asarray(value, dtype=float))
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, TypeError, ValueError, OverflowError):
             raise InputError(f"{path}: row {number} has no number under {'.'.join(keys)}") from None
         if values[-1].shape != values[0].shape or not np.isfinite(values[-1]).all():
             raise InputError(

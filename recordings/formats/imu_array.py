@@ -26,8 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.arrays import Array
+from models.border import reading
 from models.errors import InputError
 from models.units import STANDARD_GRAVITY_M_S2
+from recordings.formats.archives import read_arrays
 
 FILE = "exp_1_raw_int16.npz"
 KEYS = {"t": 1, "acc": 3, "gyr": 3, "pos_m": 2}
@@ -86,15 +88,19 @@ def read_imu_array(folder: str | Path) -> ImuArray:
         If the file is missing or lacks an array; the message names it.
     """
     path = Path(folder) / FILE
-    try:
-        with np.load(path) as file:
-            arrays = {key: file[key] for key in KEYS if key in file}
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "is no archive of arrays"
-        raise InputError(f"IMU array {path}: {reason}, expected a NumPy .npz file") from None
+    with reading(f"IMU array {path}", "a NumPy .npz file"):
+        return _read(path)
+
+
+def _read(path: Path) -> ImuArray:
+    arrays = read_arrays(path, KEYS, f"IMU array {path}")
     for key, dimensions in KEYS.items():
         if key not in arrays or arrays[key].ndim != dimensions:
             raise InputError(f"IMU array {path}: key {key}: expected {dimensions} dimensions")
+        if arrays[key].dtype.kind not in "iuf":
+            raise InputError(
+                f"IMU array {path}: key {key} has {arrays[key].dtype}, expected numbers"
+            )
     acc, gyr, position = arrays["acc"], arrays["gyr"], arrays["pos_m"]
     expected = (len(arrays["t"]), len(position), 3)
     if acc.shape != expected or gyr.shape != expected:

@@ -17,7 +17,6 @@ Messages count rows of data from 1: row 1 is the one below the header.
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -29,10 +28,14 @@ import pyarrow.parquet
 from estimation.output_file import check_file, whole_file
 from estimation.recording import Recording, Truth
 from models.arrays import Array
+from models.border import reading
 from models.errors import InputError
 from models.pen_config import PenConfig
+from models.plain_names import plain_headers
+from models.shown_text import short
 from models.units import TIME_DIGITS
 from models.version import version_metadata
+from recordings.formats.arrow import read_arrow
 from recordings.formats.columns import (
     ARRIVAL,
     TIME,
@@ -45,6 +48,7 @@ from recordings.formats.columns import (
     recording_columns,
     spellings,
 )
+from recordings.formats.csv_files import check_header, read_csv
 from recordings.plausible_units import check_units
 from recordings.written import WrittenRecording
 
@@ -65,58 +69,21 @@ def read_table(path: Path) -> pd.DataFrame:
             f"{where}: suffix {path.suffix or '(none)'} is unknown, "
             f"expected {', '.join(TABLE_SUFFIXES)}"
         )
-    try:
-        is_empty = path.stat().st_size == 0
-        header, table = ([], None) if is_empty else _READERS[path.suffix](path)
-    except OSError as error:
-        raise InputError(f"{where}: {error.strerror or error}, expected a table") from None
-    except pd.errors.ParserWarning:
-        raise InputError(
-            f"{where}: row 1 has more cells than the header, expected as many"
-        ) from None
-    except ValueError as error:
-        ragged = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
-        if ragged:
-            cells, line, found = ragged.groups()
-            raise InputError(
-                f"{where}: line {line} of the file has {found} cells, "
-                f"expected {cells} as in the header"
-            ) from None
-        raise InputError(f"{where}: cannot be read, expected a {kind} table") from None
-    if table is None:
-        raise InputError(f"{where} is empty (zero bytes), expected a header and samples")
-    if len(header) == 1:
-        raise InputError(
-            f"{where}: a single column, expected several (a CSV separates them by commas)"
-        )
-    for number, column in enumerate(header, 1):
-        if not column:
-            raise InputError(f"{where}: column {number} has no name, expected one in the header")
-        if header.index(column) < number - 1:
-            raise InputError(f"{where}: column {column} appears twice, expected it once")
-    return table
+    with reading(where, f"a {kind} table"):
+        return _READERS[path.suffix](path, where)
 
 
-def _read_csv(path: Path) -> tuple[list[str], pd.DataFrame]:
-    """Read header and table; pandas would rename columns that appear twice."""
-    first = pd.read_csv(path, header=None, nrows=1, dtype=str, keep_default_na=False)
-    with warnings.catch_warnings():
-        # Where row 1 is longer than the header, pandas would drop its end.
-        warnings.simplefilter("error", pd.errors.ParserWarning)
-        table = pd.read_csv(
-            path, keep_default_na=False, na_values=[""], index_col=False, low_memory=False
-        )
-    return [str(column) for column in first.iloc[0]], table
+def _read_parquet(path: Path, where: str) -> pd.DataFrame:
+    table = read_arrow(path, where, "a parquet table")
+    # Rows that pandas has counted or named are no quantity of a recording.
+    kept = [i for i, name in enumerate(table.column_names) if not _PANDAS_INDEX.fullmatch(name)]
+    table = table.select(kept)
+    check_header(table.column_names, where)
+    return table.to_pandas()
 
 
-def _read_parquet(path: Path) -> tuple[list[str], pd.DataFrame]:
-    header = pyarrow.parquet.read_schema(path).names
-    # pandas cannot read a table in which a name appears twice; its header says enough.
-    is_unique = len(set(header)) == len(header)
-    return header, pd.read_parquet(path) if is_unique else pd.DataFrame()
-
-
-_READERS = MappingProxyType({".csv": _read_csv, ".parquet": _read_parquet})
+_PANDAS_INDEX = re.compile(r"__index_level_\d+__")
+_READERS = MappingProxyType({".csv": read_csv, ".parquet": _read_parquet})
 
 
 def check_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None:
@@ -153,6 +120,8 @@ def load_table(
 ) -> WrittenRecording:
     """Read a recording from a table whose units make sense; see `recording_from_table`."""
     table = read_table(path)
+    known = recording_columns(pen, units or {})
+    table.columns = pd.Index(plain_headers(list(table.columns), known, f"recording {path}"))
     recording = recording_from_table(table, pen, str(path), units=units)
     check_units(recording, pen, read_as=column_units(table.columns, pen, units=units))
     return WrittenRecording(recording)
@@ -174,13 +143,14 @@ def recording_from_table(
         finite number, or times do not increase; the message names column and row.
     """
     where = f"recording {name}"
-    headers = [str(header) for header in table.columns]
     columns = recording_columns(pen, units or {})
+    headers = plain_headers([str(header) for header in table.columns], columns, where)
+    table = table.set_axis(headers, axis=1)
     found: dict[str, str] = {}
     for header in headers:
         if header not in columns:
             raise InputError(
-                f"{where}: unknown column {header}, expected {expected_for(header, columns)}"
+                f"{where}: unknown column {short(header)}, expected {expected_for(header, columns)}"
             )
         quantity = columns[header].quantity
         other = found.setdefault(quantity, header)

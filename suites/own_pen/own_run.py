@@ -23,6 +23,7 @@ from estimation.recording import Recording
 from models.errors import InputError
 from models.pen import pen_model
 from models.pen_file import load_pen
+from models.regular_files import open_regular
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
 from pen_mhe.sensor_verdict import judge
@@ -69,7 +70,13 @@ def recording_of(scope: Scope, seed: int) -> Recording:
 
 
 def made_of(scope: Scope) -> str:
-    """Return a hash of the pen as it is read, the motion, and the files of the recording."""
+    """Return a hash of the pen as it is read, the motion, and the files of the recording.
+
+    Raises
+    ------
+    InputError
+        If one of them cannot be read.
+    """
     assert scope.pen is not None
     digest = hashlib.sha256(load_pen(scope.pen).model_dump_json().encode())
     digest.update(scope.motion.encode())
@@ -77,7 +84,8 @@ def made_of(scope: Scope) -> str:
         path = Path(scope.recording)
         files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
         for file in files:
-            digest.update(file.name.encode() + file.read_bytes())
+            with open_regular(file, f"recording {file}", "a readable file", "table_bytes") as data:
+                digest.update(file.name.encode() + data.read())
     return digest.hexdigest()[:16]
 
 

@@ -22,11 +22,19 @@ from tests.benchmark.runner.workload import tasks
 TASK, OTHER = tasks(2)
 texts = st.text(st.characters(exclude_categories=["Cs"]))
 floats = st.floats(allow_nan=True, allow_infinity=True)
-vectors = arrays("<f8", st.integers(0, 4), elements=st.floats(width=64))
+numbers = st.floats(width=64)
 quantities = st.builds(
     Quantity, texts, texts, floats, floats, floats, st.booleans(), st.none() | floats
 )
-series = st.builds(Series, texts, texts, vectors, vectors, st.none() | vectors, st.none() | vectors)
+
+
+def columns(n: int) -> st.SearchStrategy[Series]:
+    """Series of n instants."""
+    column = arrays("<f8", n, elements=numbers)
+    return st.builds(Series, texts, texts, column, column, st.none() | column, st.none() | column)
+
+
+series = st.integers(0, 4).flatmap(columns)
 outcomes = st.builds(
     Outcome,
     texts,

@@ -1,0 +1,138 @@
+"""Good files of every format, small: what a fuzzer begins from."""
+
+from __future__ import annotations
+
+import io
+import json
+import tempfile
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from benchmark.runner.journal import LineFormat
+from benchmark.runner.outcome_lines import OUTCOME_LINES
+from benchmark.runner.tables import RESULTS, SERIES, write_tables
+from benchmark.tasks.task import Outcome, Quantity, Series, Task, failed
+from models.bundled import bundled_pens
+from models.pen_file import load_pen
+from recordings.formats.tables import recording_to_table
+from recordings.simulate_pen import simulate
+
+ROOT = Path(__file__).resolve().parents[2]
+CORPUS = Path(__file__).resolve().parent / "corpus"
+"""Folder of what fuzzing has found: a folder a target, a file a finding."""
+SPLIT = b"\n---8<---\n"
+"""Between two files of one input."""
+
+TOKENS = (
+    b"9" * 400, b"0x" + b"f" * 4000, b"-", b"1e999", b"nan", b"-inf", b"NaN", b"[" * 60,
+    b"{" * 60, b"a." * 40, b'"', b"\n", b"\r", b",", b"\x00", b"\xff", b"\xef\xbb\xbf", b"\x1b[31m",
+    b"=", b"true", b"1979-05-27", b"'", b"\\", b"null", b"imu-accel", b"a b",
+)  # fmt: skip
+"""What files go wrong by, put in anywhere."""
+
+TASK, IDENTITY = Task("pen", "b", "accel", "ekf", 1), "code"
+_TIME_S = np.array([0.0, 0.5, 1.0])
+OUTCOME = Outcome(
+    "a model",
+    (Quantity("tip", "mm", 1.5, -0.5, 2.5, True, 0.5), Quantity("t", "s", 1.0, 1.0, 1.0, False)),
+    3,
+    0.75,
+    1e-3,
+    2e-3,
+    "mirror",
+    "in the mirror",
+    (Series("tip", "mm", _TIME_S, _TIME_S + 1, _TIME_S + 2, _TIME_S + 3),),
+)
+OUTCOMES = {TASK: OUTCOME, Task("pen", "a", "accel", "ekf", 0): failed("KeyError: 'what'")}
+_LINES: LineFormat[Task, Outcome] = OUTCOME_LINES
+
+
+@cache
+def results_tables() -> Mapping[str, bytes]:
+    """Both tables of a run: file name → content."""
+    with tempfile.TemporaryDirectory() as scratch:
+        write_tables(OUTCOMES, OUTCOMES.__getitem__, Path(scratch))
+        return {name: (Path(scratch) / name).read_bytes() for name in (RESULTS, SERIES)}
+
+
+@cache
+def _table() -> tuple[bytes, bytes]:
+    """A short recording as CSV and as Parquet."""
+    pen = load_pen("reference")
+    recording = simulate(pen, ["accel", "gyro"], motion="turn", duration_s=0.03, seed=1)
+    table = recording_to_table(recording, pen).round(4).iloc[:5]
+    parquet = io.BytesIO()
+    table.to_parquet(parquet)
+    return table.to_csv(index=False).encode(), parquet.getvalue()
+
+
+def _dpoint() -> bytes:
+    stylus = [
+        {"t": 5 + 8 * k, "data": {"t": 8 * k, "accel": [0.0, 0.1, 9.8], "gyro": [0.1 * k, 0.0, 0.0],
+                                  "pressure": 0.1}}
+        for k in range(4)
+    ]  # fmt: skip
+    pose = {"position": [[0.0], [0.1], [0.5]], "orientation_mat": np.eye(3).tolist()}
+    camera = [{"t": 6 + 20 * k, "data": pose} for k in range(2)]
+    return json.dumps(stylus).encode() + SPLIT + json.dumps(camera).encode()
+
+
+def _journal() -> bytes:
+    lines = [
+        {"identity": IDENTITY, **_LINES.encoded(task, outcome)}
+        for task, outcome in OUTCOMES.items()
+    ]
+    return b"".join(json.dumps(line).encode() + b"\n" for line in lines)
+
+
+def _array() -> bytes:
+    file, n = io.BytesIO(), 4
+    counts = np.arange(n * 6, dtype=np.int16).reshape(n, 2, 3)
+    np.savez(file, t=np.arange(n) / 100, acc=counts, gyr=counts, pos_m=np.zeros((2, 3)))
+    return file.getvalue()
+
+
+def _scan() -> bytes:
+    file, grey = io.BytesIO(), np.full((20, 30), 250, dtype=np.uint8)
+    grey[8:12, 5:25] = 10
+    Image.fromarray(grey).save(file, "jpeg", dpi=(150, 150))
+    return file.getvalue()
+
+
+RUN = {
+    "command": "pen-mhe benchmark pen", "suites": ["pen"], "seeds": 2, "code": "abc",
+    "versions": {"python": "3.11"}, "machine": {"cores": 2}, "git": {"dirty": False},
+    "sessions": [{"seconds": 1.5, "tasks": 2, "finished": True}], "estimators": ["ekf"],
+}  # fmt: skip
+
+
+@cache
+def seeds(target: str) -> tuple[bytes, ...]:
+    """Return good inputs of a target of `tests.fuzz.targets`, and what was found once."""
+    csv, parquet = _table()
+    results = results_tables()
+    toml = tuple(path.read_bytes() for path in bundled_pens().values())
+    paths = (ROOT / "models/turntables").glob("[pt]*.toml")
+    turntables = tuple(path.read_bytes() for path in sorted(paths))
+    claims = (ROOT / "suites/pen/claims.toml").read_bytes()[:3000].rpartition(b"[[claim]]")[0]
+    good = {
+        "pen": toml,
+        "turntable": turntables,
+        "claims": (claims,),
+        "pen_text": toml,
+        "csv": (csv,),
+        "own_csv": (b"time_s,gps_x,push_m_s2\n0,0.1,\n0.1,,1e-3\n",),
+        "parquet": (parquet,),
+        "dpoint": (_dpoint(),),
+        "array": (_array(),),
+        "scan": (_scan(),),
+        "run": (json.dumps(RUN).encode(),),
+        "results": (results[RESULTS], b"S" + results[SERIES]),
+        "journal": (_journal(),),
+    }
+    found = sorted((CORPUS / target).glob("*"))
+    return (*good[target], *(path.read_bytes() for path in found))

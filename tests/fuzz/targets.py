@@ -1,0 +1,157 @@
+"""Every reader of files as a function of bytes, for a fuzzer.
+
+A reader may take a file, or refuse it with an `InputError` of one printable line. Anything else,
+an `UnforeseenError` too, is a finding.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+
+from benchmark.runner.about import NAME as RUN
+from benchmark.runner.about import read_about
+from benchmark.runner.outcome_lines import NAME as JOURNAL
+from benchmark.runner.outcome_lines import outcome_journal
+from benchmark.runner.tables import RESULTS, SERIES, read_tables, write_tables
+from benchmark.verdicts.claims import load_claims
+from models.errors import InputError, UnforeseenError
+from models.own_models import OwnSensor, own_model
+from models.pen_config import PenConfig
+from models.pen_file import load_pen
+from models.shown_text import LONGEST_SENTENCE
+from models.state_space import StateSpaceModel
+from models.turntable import load_turntable
+from pen_mhe.tuning.pen_text import PenText
+from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE
+from recordings.formats.imu_array import FILE as ARRAY
+from recordings.formats.imu_array import read_imu_array
+from recordings.ink import ink_points_mm
+from recordings.read import read_recording
+from tests.fuzz.seeds import IDENTITY, SPLIT, TASK, results_tables, seeds
+
+LONGEST_S = 1.0
+
+
+@cache
+def folder() -> Path:
+    """Where inputs become files; it stays until the process ends."""
+    found = tempfile.TemporaryDirectory(prefix="pen-mhe-fuzz-")
+    KEPT.append(found)
+    return Path(found.name)
+
+
+KEPT: list[object] = []
+
+
+def written(name: str, data: bytes) -> Path:
+    path = folder() / name
+    path.write_bytes(data)
+    return path
+
+
+@cache
+def pen(name: str) -> PenConfig:
+    return load_pen(name)
+
+
+@cache
+def own() -> StateSpaceModel:
+    """A model of one's own with an input."""
+    return own_model(
+        "cart",
+        {"position_m": (0.0, 1.0), "speed_m_s": (0.0, 1.0)},
+        lambda x, w, dt, u: [x[0] + dt * x[1], x[1] + dt * u[0] + w[0] * dt**0.5],
+        1,
+        {"gps": OwnSensor(lambda x: x[:1], {"x": "m"}, 0.1)},
+        inputs=("push_m_s2",),
+    )
+
+
+def _dpoint(data: bytes) -> None:
+    stylus, _, camera = data.partition(SPLIT)
+    written(STYLUS_FILE, stylus)
+    written(CAMERA_FILE, camera)
+    read_recording(folder(), pen("dpoint"))
+
+
+def _results(data: bytes) -> None:
+    good = results_tables()
+    is_series = data[:1] == b"S"
+    written(RESULTS, good[RESULTS] if is_series else data)
+    written(SERIES, data[1:] if is_series else good[SERIES])
+    read_tables(folder())
+
+
+def _journal(data: bytes) -> None:
+    written(JOURNAL, data)
+    with outcome_journal(folder()) as journal:
+        if journal.has(TASK, IDENTITY):
+            read = journal.read(TASK, IDENTITY)
+            write_tables([TASK], lambda task: read, folder())
+
+
+def _pen_text(data: bytes) -> None:
+    text = PenText.of(written("pen.toml", data))
+    assert text is not None
+
+
+TARGETS: Mapping[str, Callable[[bytes], object]] = MappingProxyType(
+    {
+        "pen": lambda data: load_pen(written("pen.toml", data)),
+        "turntable": lambda data: load_turntable(written("turntable.toml", data)),
+        "claims": lambda data: load_claims(written("claims.toml", data)),
+        "pen_text": _pen_text,
+        "csv": lambda data: read_recording(written("pen.csv", data), pen("reference")),
+        "own_csv": lambda data: read_recording(written("own.csv", data), own()),
+        "parquet": lambda data: read_recording(written("pen.parquet", data), pen("reference")),
+        "dpoint": _dpoint,
+        "array": lambda data: read_imu_array(written(ARRAY, data).parent),
+        "scan": lambda data: ink_points_mm(written("scan.jpg", data)),
+        "run": lambda data: read_about(written(RUN, data).parent),
+        "results": _results,
+        "journal": _journal,
+    }
+)
+"""Name of a reader → what reads bytes with it."""
+
+
+class FindingError(AssertionError):
+    """A reader did what it must not."""
+
+
+@contextlib.contextmanager
+def checked() -> Iterator[None]:
+    """Raise `FindingError` unless what is done ends soon, and well or in one sentence."""
+    start = time.process_time()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except UnforeseenError as error:
+        raise FindingError(str(error)) from error
+    except InputError as error:
+        sentence = str(error)
+        if not sentence.isprintable() or len(sentence) > LONGEST_SENTENCE:
+            raise FindingError(f"not one printable line: {sentence!r}") from error
+    if time.process_time() - start > LONGEST_S:
+        raise FindingError(f"took {time.process_time() - start:.1f} s")
+
+
+def check(target: str, data: bytes) -> None:
+    """Read bytes with a reader of the table; raises `FindingError`, or what the reader raised."""
+    _warm(target)
+    with checked():
+        TARGETS[target](data)
+
+
+@cache
+def _warm(target: str) -> None:
+    """Import and compile what reading takes once, not with every file."""
+    TARGETS[target](seeds(target)[0])
