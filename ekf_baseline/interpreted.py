@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ekf_baseline.interpreted_outliers import OutlierRules
 from ekf_baseline.log import Log
-from ekf_baseline.outliers import OUTLIERS, needed, squared_distance
 from ekf_baseline.state import Kept, filter_memory
 from estimation.estimator import remarks
 from estimation.inputs import with_inputs
@@ -20,7 +20,6 @@ from estimation.outputs import derived_outputs
 from estimation.report import report
 from estimation.rest_detector import RestDetector
 from estimation.result import checked_input, result_layout, stepped
-from estimation.square_roots import kept
 from estimation.status import Status
 from estimation.stored import restored, store
 from models.arrays import Array
@@ -64,8 +63,9 @@ class InterpretedFilter:
         self, model: StateSpaceModel, past: Kept, gate: Array | None, huber: Array | None
     ) -> None:
         self.memory, self.result = filter_memory(model, past), result_layout(model)
-        self._model, self._kept, self._gate, self._huber = model, past, gate, huber
+        self._model, self._kept = model, past
         self._stage, self._derived = KalmanStage(model), derived_outputs(model)
+        self._rules = OutlierRules(model, self._stage, gate, huber)
         self._rest = RestDetector(model)
 
     @np.errstate(over="ignore", invalid="ignore")  # an absurd reading: the status says it
@@ -111,14 +111,14 @@ class InterpretedFilter:
         first = update = self._stage.update(predicted, y, present)
         used, S = present.astype(float), update.innovation_covariance
         doubt, doubted, prior = at.view(own, "doubt").copy(), False, predicted
-        if self._gate is not None:
-            opens = self._gated(own, update, used, doubt, dt)
+        if self._rules.gate is not None:
+            opens = self._rules.gated(at.view(own, "seen"), update, used, doubt, dt)
             if (used != present).any():
                 status |= Status.GATED
             doubted = bool((opens > 0).any())
-            prior, S = self._widened(predicted, y, update, opens)
-        if self._huber is not None:
-            self._bound(own, update, S, used)
+            prior, S = self._rules.widened(predicted, y, update, opens)
+        if self._rules.huber is not None:
+            self._rules.bound(at.view(own, "seen"), update, S, used)
         if doubted or (used != present).any():
             update = self._stage.update(prior, y, used)
         seen, updates, gaussian = self._seen(own, update), 1, update.state
@@ -195,83 +195,6 @@ class InterpretedFilter:
                 break
             state, updates = again.state, updates + 1
         return state, updates
-
-    def _rows(self, used: Array) -> Iterator[tuple[int, bool, NDArray[np.intp]]]:
-        """Yield sensors, whether they are measured, and those of their rows that are used."""
-        start = 0
-        for i, sensor in enumerate(self._model.sensors):
-            rows = start + np.flatnonzero(used[start : start + sensor.n_r])
-            start += sensor.n_r
-            if len(rows):
-                yield i, sensor.is_measured, rows
-
-    def _distance(self, update: Update, S: Array, rows: NDArray[np.intp]) -> float:
-        S = S[np.ix_(rows, rows)]
-        return squared_distance(update.innovation[rows], S, S, 0.0)[0]
-
-    def _gated(self, given: Array, update: Update, used: Array, doubt: Array, dt: float) -> Array:
-        """Take rows of sensors whose readings are too far off out of `used`, as filter.c does.
-
-        Returns
-        -------
-        (n_sensors,) 1 where a gate opens, else 0
-        """
-        assert self._gate is not None
-        opens, seen = np.zeros(len(self._model.sensors)), self.memory.view(given, "seen")
-        count, time_s = doubt[0::2], doubt[1::2]
-        time_s[count > 0] += dt
-        for i, is_measured, rows in list(self._rows(used)):
-            limit = self._gate[i, len(rows)]
-            is_far = self._distance(update, update.innovation_covariance, rows) > limit
-            if not is_far or (is_measured and seen[i] == 0):
-                count[i] = time_s[i] = 0
-            elif count[i] >= OUTLIERS["GATE_REJECTIONS"] and time_s[i] >= OUTLIERS["GATE_DOUBT_S"]:
-                count[i] = time_s[i] = 0
-                opens[i] = 1
-            else:
-                count[i] += 1
-                used[rows] = 0
-        return opens
-
-    def _widened(
-        self, predicted: GaussianState, y: Array, update: Update, opens: Array
-    ) -> tuple[GaussianState, Array]:
-        """Return the prior, less certain where gates open, and its S; see filter.c."""
-        S, present, share = update.innovation_covariance, update.present.astype(float), 0.0
-        if not opens.any():
-            return predicted, S
-        wide = self._stage.update(self._doubted(predicted, 1.0), y, present).innovation_covariance
-        for i, _measured, rows in self._rows(present):
-            at, n = np.ix_(rows, rows), len(rows)
-            if opens[i] == 0:
-                continue
-            if self._distance(update, wide, rows) > n:
-                share = 1.0
-            if share < 1:
-                added = (wide - S)[at]
-                share = max(share, needed(update.innovation[rows], S[at], added, float(n)))
-        prior = self._doubted(predicted, min(share, 1.0))
-        return prior, self._stage.update(prior, y, present).innovation_covariance
-
-    def _doubted(self, gaussian: GaussianState, share: float) -> GaussianState:
-        """Return a Gaussian with a share of the model's prior on top."""
-        total = gaussian.covariance + share * self._model.prior.covariance
-        if gaussian.root is None:
-            return GaussianState(gaussian.mean, total)
-        root = np.asarray(np.linalg.cholesky(total), dtype=np.float64)
-        return kept(gaussian.mean, root)
-
-    def _bound(self, given: Array, update: Update, S: Array, used: Array) -> None:
-        """Give readings that are too far off less weight in `used`."""
-        assert self._huber is not None
-        seen, R = self.memory.view(given, "seen"), np.diag(self._model.noise_std**2)
-        for i, is_measured, rows in self._rows(used):
-            if is_measured and seen[i] == 0:
-                continue
-            v, at = update.innovation[rows], np.ix_(rows, rows)
-            more = needed(v, S[at], R[at], self._huber[i] ** 2)
-            if more > 0:
-                used[rows] = np.sqrt(1 / (1 + more))
 
 
 def _is_finite(gaussian: GaussianState) -> bool:

@@ -45,7 +45,7 @@ its code on the same recording, all phases, the same measure. Not run here."""
 
 
 @dataclass(frozen=True)
-class Row:
+class RateLine:
     """A line over the camera's rate: its name, and which results it shows."""
 
     name: str
@@ -63,15 +63,15 @@ def figures(results: Results) -> Sequence[Figure]:
 
 def _over_rate(results: Results) -> Figure:
     by_sensors = [
-        Row(sensors, CAUSAL, sensors, "ekf", "ink")
+        RateLine(sensors, CAUSAL, sensors, "ekf", "ink")
         for sensors in WITH_CAMERA
         if sensors != CAMERA_ALONE
     ]
     by_time = [
-        Row("ekf", CAUSAL, BEST, "ekf", "ink"),
-        Row("mhe-rti", CAUSAL, BEST, "mhe-rti", "ink"),
-        Row(f"mhe-rti, {LAG} samples later", CAUSAL, BEST, "mhe-rti", f"ink_{LAG}"),
-        Row("ekf, zero delay", ZERO_DELAY, BEST, "ekf", "ink"),
+        RateLine("ekf", CAUSAL, BEST, "ekf", "ink"),
+        RateLine("mhe-rti", CAUSAL, BEST, "mhe-rti", "ink"),
+        RateLine(f"mhe-rti, {LAG} samples later", CAUSAL, BEST, "mhe-rti", f"ink_{LAG}"),
+        RateLine("ekf, zero delay", ZERO_DELAY, BEST, "ekf", "ink"),
     ]
     frames = [replace(row, quantity="left_out_position") for row in by_sensors]
     panels = []
@@ -95,7 +95,7 @@ def _over_rate(results: Results) -> Figure:
     )
 
 
-def _lines(results: Results, rows: Sequence[Row]) -> list[Line]:
+def _lines(results: Results, rows: Sequence[RateLine]) -> list[Line]:
     lines = []
     for row in rows:
         found = results.select(sensors=row.sensors, estimator=row.estimator, quantity=row.quantity)

@@ -9,10 +9,10 @@ from typing import Protocol
 import casadi as ca
 import numpy as np
 
-from benchmark.bound_call import BoundCall
 from estimation.native import compiled
 from models.arrays import Array
 from models.state_space import StateSpaceModel
+from suites.bound_call import BoundCall
 
 
 class Readings(Protocol):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmark.bound_call import BoundCall
 from models.arrays import Array
 from models.state_space import StateSpaceModel
+from suites.bound_call import BoundCall
 from suites.speed.contender import RaceOutcome, knows_only_bounds
 from suites.speed.gauss_newton_qp import GaussNewtonQp, qp_arguments
 from suites.speed.stagewise import trajectory_of

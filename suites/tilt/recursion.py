@@ -11,10 +11,10 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from benchmark.bound_call import BoundCall
 from classical_baseline.fixed_weight import SMALLEST
 from estimation.native import compiled
 from models.arrays import Array
+from suites.bound_call import BoundCall
 
 BLOCK = 100
 """Samples in one timed call: its cost from Python is shared by as many."""

@@ -61,10 +61,10 @@ def test_dpoint() -> None:
     assert gyro.range_rad_s == pytest.approx(245 * DEG)
     assert gyro.bias_std_rad_s == pytest.approx(2 * DEG)
     assert isinstance(camera, PoseCamera)
-    assert (camera.delay_s, camera.position_std_m) == pytest.approx((0.045, 0.00015))
+    assert (camera.delay_s, camera.position_std_m) == pytest.approx((0.04789, 0.00015))
     tip, attitude = config.motion.tip, config.motion.attitude
     assert tip == TipBoundedVelocity(speed_m_s=0.08, correlation_time_s=0.1)
-    assert attitude == white_jerk_motion(1.0, 40.0).attitude
+    assert attitude == white_jerk_motion(1.0, 10.0).attitude
 
 
 def test_dpoint_as_a_model() -> None:
