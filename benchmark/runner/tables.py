@@ -113,7 +113,7 @@ def read_tables(folder: Path) -> Results:
                 f"{path} does not exist, expected the folder of a finished `pen-mhe benchmark`"
             )
         arrow = read_arrow(path, str(path), "a Parquet file of a run")
-        pair.add((arrow.schema.metadata or {}).get(PAIR))
+        pair.add((pq.read_metadata(path).metadata or {}).get(PAIR))
         table = with_types(arrow, _schema(columns), str(path), filled=TASK_COLUMNS).to_pandas()
         # Few words many times: to choose rows by is ten times as fast so.
         tables.append(table.astype(dict.fromkeys(set(_WORDS) & set(columns), "category")))

@@ -10,7 +10,6 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from pen_mhe.causal_run import causal_lags
 from scipy.spatial import cKDTree
 
 from benchmark.tasks.history import outcome
@@ -24,6 +23,7 @@ from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
+from pen_mhe.causal_run import causal_lags
 from pen_mhe.estimators import create_estimator
 from recordings.formats.dpoint import load_dpoint
 from recordings.ink import InkMatch, ink_match

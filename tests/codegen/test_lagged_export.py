@@ -11,11 +11,10 @@ import pytest
 
 from codegen.folder import export_files
 from estimation.recording import Measurement
-from mhe.config import MheRtiConfig
-from mhe.realtime import MheRti
 from models.pen import pen_model
 from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
+from pen_mhe.estimators import create_estimator
 from recordings.simulate_pen import simulate
 from tests.codegen.exports import exported, history, made
 from tests.codegen.toolchains import HOST, compile_strictly
@@ -44,7 +43,7 @@ def test_it_is_what_runs_here_to_the_last_bit(which: str) -> None:
     model, measurements = stream(which)
     ours = history(exported("mhe-rti", model, settings=SETTINGS), measurements)
     times, rows = (np.array([getattr(m, name) for m in measurements]) for name in ("time_s", "y"))
-    here = MheRti(model, MheRtiConfig(**SETTINGS))
+    here = create_estimator("mhe-rti", model, **SETTINGS)
     _, wanted = here.batch(here.init(), times, rows, covariances=True)
     for lag in LAGS:
         for a, b in zip(ours.lagged[lag].arrays(), wanted.lagged[lag].arrays(), strict=True):

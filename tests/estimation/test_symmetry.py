@@ -34,7 +34,8 @@ def model_of(
     pen: str = "reference",
     degrees_of_freedom: int = 6,
 ) -> StateSpaceModel:
-    config = load_pen(pen).model_copy(update={"degrees_of_freedom": degrees_of_freedom})
+    level = {"degrees_of_freedom": degrees_of_freedom, "level_rad": (0.0, 0.0)}
+    config = load_pen(pen).model_copy(update=level)
     return pen_model(config, sensors, writing_area=writing_area)
 
 

@@ -27,7 +27,8 @@ HEADING = "turning about the vertical"
 
 @cache
 def found(pen: str, sensors: tuple[str, ...], writing_area: bool = True) -> SensorVerdict:
-    return observe(load_pen(pen), sensors, writing_area=writing_area, duration_s=SECONDS)
+    level = load_pen(pen).model_copy(update={"level_rad": (0.0, 0.0)})
+    return observe(level, sensors, writing_area=writing_area, duration_s=SECONDS)
 
 
 def words(verdicts: SensorVerdict, motion: str) -> list[str]:

@@ -35,7 +35,7 @@ class MountedTruth:
 
 
 def handwriting_pen() -> pm.PenConfig:
-    """Return the D-POINT pen in the hand of the simulated motion ``handwriting``.
+    """Return the D-POINT pen on a level paper, in the hand of the simulated motion ``handwriting``.
 
     Its motion is what ``pen-mhe tune --objective innovations --parameters motion`` finds on 40 s
     of it (seed 0, all of it): 0.04062 m/s, 0.2529 s, 7.402 rad/s³/√Hz.
@@ -44,7 +44,7 @@ def handwriting_pen() -> pm.PenConfig:
         tip=TipBoundedVelocity(speed_m_s=0.0406, correlation_time_s=0.253),
         attitude=AttitudeWhiteJerk(jerk_density_rad_s3_per_sqrt_hz=7.4),
     )
-    return pm.load_pen("dpoint").model_copy(update={"motion": motion})
+    return pm.load_pen("dpoint").model_copy(update={"motion": motion, "level_rad": (0.0, 0.0)})
 
 
 def mounted(seed: int, duration_s: float = 40.0, off: float = 1.0) -> MountedTruth:
