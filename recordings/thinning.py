@@ -97,7 +97,7 @@ def left_out_error(
     """Compare an estimate with the readings of a sensor that were left out.
 
     The newest estimate before a frame is predicted to the frame's time, so no
-    later measurement takes part.
+    later measurement takes part. Frames count from when the first one that was given arrived.
 
     Returns
     -------
@@ -107,7 +107,8 @@ def left_out_error(
     times, frames = recorded.sensor(sensor.name)
     used_times, _ = used.sensor(sensor.name)
     left_out = ~np.isin(times, used_times)
-    known = left_out & (times >= history.time_s[0]) & (times <= history.time_s[-1])
+    begins = max(history.time_s[0], used_times[0] + sensor.delay_s)
+    known = left_out & (times >= begins) & (times <= history.time_s[-1])
     if not known.any():
         return None
     times, frames = times[known], frames[known]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +21,8 @@ ALONE, STACKED, SQUARE = 3.2, 2.0, 3.6
 """Height in inches of a panel in a single row, of one of several rows, of a path on paper."""
 
 WIDTH = 8.0
+LEGEND_CHARACTERS, HANDLE_CHARACTERS = 110, 7
+"""What fits beside each other, and what a name's line takes of it."""
 SHORT_AXIS = 100.0
 """Ratio of the ends of a logarithmic axis below which decades are too few to number it by."""
 
@@ -62,12 +64,17 @@ def matplotlib_figure(
             list(handles.values()),
             list(handles),
             loc="outside lower center",
-            ncols=min(len(handles), 5),
+            ncols=min(len(handles), _legend_columns(handles)),
             frameon=False,
             fontsize=9,
             labelcolor=PAGE["ink"].on(theme),
         )
     return drawing
+
+
+def _legend_columns(names: Iterable[str]) -> int:
+    """Return how many columns of names fit beside each other, five at most."""
+    return max(1, min(5, LEGEND_CHARACTERS // (max(map(len, names)) + HANDLE_CHARACTERS)))
 
 
 def _draw(axes: Axes, line: Line, panel: Panel, colour: Colour, theme: Theme) -> None:

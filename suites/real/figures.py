@@ -32,7 +32,7 @@ LOST_MM = 100.0
 
 DPOINT: Mapping[str, Mapping[int, float]] = MappingProxyType(
     {
-        "D-POINT, from what had arrived": {
+        "D-POINT, had arrived": {
             30: 0.162, 15: 0.185, 10: 0.216, 6: 0.285, 5: 0.328, 3: 0.589,
         },
         f"D-POINT, {LAG} samples later": {

@@ -21,6 +21,7 @@ from suites.real.cases import (
     WITH_CAMERA,
     WITHOUT,
     WITHOUT_CAMERA,
+    WITHOUT_RATES_HZ,
     ZERO_DELAY,
 )
 from suites.real.dpoint_run import FOLDER, run_dpoint
@@ -28,7 +29,7 @@ from suites.real.figures import figures
 
 NAME = "real"
 FAST, SLOW = ("ekf", "mhe-rti"), "mhe"
-"""``mhe`` takes two seconds a run: on `BEST`, and few phases."""
+"""``mhe`` takes two seconds a run: on `BEST`, at some rates, and few phases."""
 
 LOOKS_BACK = "mhe-rti"
 """The estimator that is also asked what it knows some samples later."""
@@ -38,18 +39,20 @@ def tasks(scope: Scope) -> Sequence[Task]:
     """Return all tasks; a seed is a phase of the camera's thinning, of which there are few."""
     if missing(scope):
         return []
-    rows = [(case, BEST, SLOW, scope.few_seeds) for case in CAUSAL]
+    rows = [(f"causal, {rate} Hz", BEST, SLOW, scope.few_seeds) for rate in WITHOUT_RATES_HZ]
     for estimator in reversed(FAST):
         rows += [
-            (case, sensors, estimator, scope.seeds)
+            (case, sensors, estimator, scope.seeds if whole else scope.few_seeds)
             for case in CAUSAL
             for sensors in WITH_CAMERA
+            for whole in [estimator != LOOKS_BACK or sensors == BEST]
             if sensors != CAMERA_ALONE  # no estimate between frames
         ]
         rows += [
             (case, sensors, estimator, scope.few_seeds)
             for case in ZERO_DELAY
             for sensors in (CAMERA_ALONE, INERTIAL, BEST)
+            if estimator != LOOKS_BACK or sensors == BEST
         ]
         rows += [(case, BEST, estimator, scope.few_seeds) for case in WITHOUT]
         rows += [(AWAY, BEST, estimator, scope.seeds)]

@@ -64,7 +64,7 @@ def test_dpoint() -> None:
     assert (camera.delay_s, camera.position_std_m) == pytest.approx((0.04789, 0.00015))
     tip, attitude = config.motion.tip, config.motion.attitude
     assert tip == TipBoundedVelocity(speed_m_s=0.08, correlation_time_s=0.1)
-    assert attitude == white_jerk_motion(1.0, 10.0).attitude
+    assert attitude == white_jerk_motion(1.0, 20.0).attitude
 
 
 def test_dpoint_as_a_model() -> None:
