@@ -44,7 +44,7 @@ def test_simulate_then_estimate(
     assert figure.stat().st_size > 10_000
     for text in ("61 samples", "solved 100.00%", "step time: median", "zero delay"):
         assert text in result.output
-    assert "RMS error against 13 frames left out" in result.output
+    assert "RMS error against 11 frames left out" in result.output
     assert "RMS error against the truth: tip_mm" in result.output
 
 
