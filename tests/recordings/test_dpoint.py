@@ -73,9 +73,9 @@ def test_mhe_on_ten_seconds(dpoint_folder: Path, rate_hz: float) -> None:
     ekf = estimate(dpoint_folder, "ekf", rate_hz, 0, 10.0)
     mhe = estimate(dpoint_folder, "mhe", rate_hz, 0, 10.0)
     assert mhe.history.solved_fraction >= 0.99
-    # By least squares both: a bounded innovation (EKF) is not a bounded residual (MHE), and on these
-    # ten seconds the first one is worth 0.006 mm. One phase: 0.0032 mm apart at 10 Hz, 0.009 mm at 3 Hz, where these are 30
-    # frames; over all phases and the whole recording the margin holds at every rate, below.
+    # By least squares both: a bounded innovation (EKF) is not a bounded residual (MHE), and on
+    # these ten seconds the first one is worth 0.006 mm. Over all phases and the whole recording
+    # the margin holds with them, below.
     assert ink_mm(mhe) <= ink_mm(ekf) + 1.5 * MHE_MARGIN_MM
 
 
