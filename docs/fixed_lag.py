@@ -102,7 +102,7 @@ def main():
         for rate_hz, (_, distance, _) in inks.items():
             shown = " | ".join(f"{distance[INK_LAGS.index(lag)]:.3f}" for lag in SHOWN[::2])
             print(f"| {rate_hz} Hz | {shown} |")
-        draw(panels[0, 1], inks, "mean ink distance / mm", (0.09, 0.6))
+        draw(panels[0, 1], inks, "mean ink distance / mm", (0.08, 0.6))
         panels[0, 1].set_title("D-POINT recording: distance to the ink", fontsize=10)
     if options.figure is not None:
         figure.savefig(options.figure, dpi=130)
