@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from estimation.reading_columns import check_mapping
 from models.arrays import Array, numbers
 from models.errors import InputError
 from models.names import expected_one_of
@@ -30,9 +31,7 @@ def given_arrivals(
         its capture or at no finite time.
     """
     expected = f"{time_s.shape} seconds"
-    if not isinstance(given, Mapping):
-        kind = type(given).__name__
-        raise InputError(f"{where}: arrivals are a {kind}, expected sensor name → {expected}")
+    check_mapping(given, f"{where}: arrivals", f"sensor name → {expected}")
     found = {}
     # Written and read again, a stamp may lie a digit before its capture.
     rounding = np.maximum(10.0**-TIME_DIGITS, 2 * np.spacing(np.abs(time_s)))

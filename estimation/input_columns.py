@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from estimation.reading_columns import check_mapping
 from models.arrays import Array, numbers
 from models.errors import InputError
 from models.names import expected_one_of
@@ -25,9 +26,7 @@ def given_inputs(where: str, time_s: Array, given: Mapping[str, Any]) -> dict[st
         If they are no mapping, have another shape, or are infinite.
     """
     expected = f"{time_s.shape} of numbers, NaN where it is as before"
-    if not isinstance(given, Mapping):
-        kind = type(given).__name__
-        raise InputError(f"{where}: inputs are a {kind}, expected name → {expected}")
+    check_mapping(given, f"{where}: inputs", f"name → {expected}")
     found = {}
     for name, values in given.items():
         column = numbers(values, f"{where}: input {name}", expected)

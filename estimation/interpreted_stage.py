@@ -72,7 +72,7 @@ class InterpretedStage:
         no_deviation, no_noise, ones = np.zeros(model.n_x), np.zeros(model.n_w), np.ones(model.n_w)
         for k in range(len(x)):
             if k > 0:
-                ends = (y[k - 1, model.n_y :], y[k, model.n_y :]) if model.n_u else ()
+                ends = model.step_inputs(y[k - 1], y[k])
                 step = (x[k - 1], no_noise, float(dt[k]), ones, *ends)
                 _, _, known, _, _ = self.predict(no_deviation, known, *step)
             _, known, *_ = self.update(no_deviation, known, x[k], y[k], present[k])

@@ -41,6 +41,17 @@ def given_times(where: str, given: Any) -> Array:
     return time_s
 
 
+def check_mapping(given: object, what: str, expected: str) -> None:
+    """Raise `InputError` unless columns are given by name.
+
+    Parameters
+    ----------
+    what : what they are, in the plural: ``recording run 3: readings``
+    """
+    if not isinstance(given, Mapping):
+        raise InputError(f"{what} are a {type(given).__name__}, expected {expected}")
+
+
 def given_readings(where: str, n: int, given: Mapping[str, Any]) -> dict[str, Array]:
     """Return readings (n, n_y) by sensor; (n,) are those of one axis.
 
@@ -49,9 +60,7 @@ def given_readings(where: str, n: int, given: Mapping[str, Any]) -> dict[str, Ar
     InputError
         If they are no mapping, have another shape, or are infinite.
     """
-    if not isinstance(given, Mapping):
-        kind = type(given).__name__
-        raise InputError(f"{where}: readings are a {kind}, expected sensor name → (n, n_y) numbers")
+    check_mapping(given, f"{where}: readings", "sensor name → (n, n_y) numbers")
     found = {}
     for sensor, values in given.items():
         readings = numbers(values, f"{where}: readings of {sensor}", f"({n}, n) numbers")

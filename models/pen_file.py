@@ -36,6 +36,11 @@ AnyPen = PenConfig | str | Path
 """A pen, the name of a bundled one, or the path of a pen file."""
 
 
+def pen_name(pen: AnyPen) -> str:
+    """Return what a pen is called: as it says itself, or by its file."""
+    return pen.name if isinstance(pen, PenConfig) else Path(pen).name
+
+
 @cache
 def _preset_table() -> dict[str, dict[str, Any]]:
     return tomllib.loads((resources.files("models") / "presets.toml").read_text("utf-8"))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from estimation.arrivals import arrival_of
 from estimation.estimate import EstimateHistory
 from estimation.recording import Recording
 from models.errors import InputError
@@ -107,7 +108,8 @@ def left_out_error(
     times, frames = recorded.sensor(sensor.name)
     used_times, _ = used.sensor(sensor.name)
     left_out = ~np.isin(times, used_times)
-    begins = max(history.time_s[0], used_times[0] + sensor.delay_s)
+    arrives = arrival_of(used.time_s, used.arrivals, sensor)[used.time_s == used_times[0]]
+    begins = max(history.time_s[0], float(arrives[0]))
     known = left_out & (times >= begins) & (times <= history.time_s[-1])
     if not known.any():
         return None

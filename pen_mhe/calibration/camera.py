@@ -18,7 +18,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.names import several, unknown
 from models.pen_config import PenConfig
-from models.pen_file import AnyPen, as_pen
+from models.pen_file import AnyPen, as_pen, pen_name
 from pen_mhe.calibration.camera_fit import Fit, FrameEvidence, Progress, fitted, gathered, solved
 from pen_mhe.calibration.camera_result import CameraCalibration, RateScore
 from pen_mhe.calibration.frames import Frames
@@ -96,7 +96,7 @@ def calibrate_camera(
         scores=_scores(frames, before, after, others),
         frame_count=frames.count,
         recording_name=recording.name if path is None else str(path),
-        pen_name=config.name if isinstance(pen, PenConfig) else Path(pen).name,
+        pen_name=pen_name(pen),
         values=values,
         fixed=frozenset(fixed),
         delay_s=next(s.delay_s for n, s in config.sensors.items() if n in used and s.sees_pose),

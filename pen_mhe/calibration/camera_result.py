@@ -5,17 +5,15 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from estimation.output_file import write_whole
-from models.errors import InputError
 from models.pen_config import PenConfig
 from models.version import version
 from pen_mhe.calibration.camera_fit import Fit
 from pen_mhe.calibration.mounting import OFFSET, MountingQuantity, Number
+from pen_mhe.tuning.new_pen_file import NewPenFile
 from pen_mhe.tuning.parameters import Parameter
 from pen_mhe.tuning.pen_text import PenText
 
@@ -65,7 +63,7 @@ class MountedNumber:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CameraCalibration:
+class CameraCalibration(NewPenFile):
     """What `pen_mhe.calibration.camera.calibrate_camera` returns.
 
     Parameters
@@ -182,21 +180,10 @@ class CameraCalibration:
         InputError
             If the pen did not come from a file, or its numbers cannot be replaced.
         """
-        if self.text is None:
-            raise InputError("this pen was given as data, expected a pen file to write anew")
+        text = self._of_file()
         note = [f"a camera's frames set these numbers (pen-mhe {version()}):", f"  {self.command}"]
         note += [f"  {n.name}: {n.value:+.4g} ± {n.std:.2g} {n.unit}" for n in self.found]
-        return self.text.replaced(self.values, self.pen, note)
-
-    def write(self, path: str | Path) -> None:
-        """Write the text of `to_toml`.
-
-        Raises
-        ------
-        InputError
-            As `to_toml`, or if the file cannot be written.
-        """
-        write_whole(path, self.to_toml())
+        return text.replaced(self.values, self.pen, note)
 
     def __repr__(self) -> str:
         return "\n\n".join([self.table.to_string(float_format="{:.4g}".format), *self.sentences()])

@@ -32,6 +32,7 @@ from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 from pen_mhe.calibration.mounting import OFFSET, MountedBody, Number, numbers_of, split
 from pen_mhe.estimators import create_estimator
+from pen_mhe.tuning.frames import camera_rows
 from pen_mhe.tuning.known_states import known_behind, with_known_states
 from pen_mhe.tuning.likelihood import log_densities
 
@@ -107,11 +108,6 @@ class MountedFilter:
     def _estimator(self) -> Any:
         return create_estimator("ekf", self.model)
 
-    @cached_property
-    def camera_rows(self) -> NDArray[np.bool_]:
-        """(n_r,) of the residual."""
-        return np.concatenate([np.full(s.n_r, s.sees_pose) for s in self.base.sensors])
-
     def told(
         self,
         values: Array,
@@ -130,7 +126,7 @@ class MountedFilter:
         rows : (n_r,) of the residual, whose density is told; None takes the camera's
         """
         n, p = self.base.n_x, (KNOWN * self.plausible_std) ** 2
-        seen = self.camera_rows if rows is None else rows
+        seen = camera_rows(self.base) if rows is None else rows
         state, kept = self._estimator.init(self._first(values)), []
         before = self._first(values)
         mean, P = before.mean[None, n:], before.covariance[None, n:, n:]

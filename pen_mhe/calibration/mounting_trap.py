@@ -37,7 +37,7 @@ def all_innovations(filtered: MountedFilter, frames: Frames, values: Array) -> f
     order = np.lexsort([np.arange(len(time_s)) >= len(frames.frame_s), time_s])
     y = np.concatenate([frames.frame_y, frames.other_y])[order]
     counted = np.flatnonzero(time_s[order] > frames.starts_s)
-    rows = np.ones_like(filtered.camera_rows)
+    rows = np.ones(filtered.base.n_r, dtype=bool)
     return float(filtered.told(values, time_s[order], y, counted, rows=rows).log_density.sum())
 
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from estimation.output_file import write_whole
 from models.errors import InputError
 from models.pen_config import PenConfig
 from models.version import version
@@ -18,6 +16,7 @@ from pen_mhe.calibration.allan import EXTRA
 from pen_mhe.calibration.gravity import different_poses
 from pen_mhe.calibration.sensor_result import CalibratedNumber, CalibratedSensor
 from pen_mhe.calibration.stills import Stills
+from pen_mhe.tuning.new_pen_file import NewPenFile
 from pen_mhe.tuning.parameters import Parameter
 from pen_mhe.tuning.pen_text import PenText
 
@@ -28,7 +27,7 @@ NEEDED = f"they need pip install 'pen-mhe[{EXTRA}]'"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StillCalibration:
+class StillCalibration(NewPenFile):
     """What `pen_mhe.calibration.still.calibrate_still` returns.
 
     Parameters
@@ -114,31 +113,20 @@ class StillCalibration:
             If the pen did not come from a file, its numbers cannot be replaced, or nothing
             was found.
         """
-        if self.text is None:
-            raise InputError("this pen was given as data, expected a pen file to write anew")
+        text = self._of_file()
         if not self.values:
             reason = "it is below the resolution" if self.has_noise else NEEDED
             raise InputError(f"{self.find}: nothing was found, {reason}; expected --find bias")
         # An older note keeps what is not found anew.
         anew = tuple(f"#   {n.sensor} {n.quantity}: " for n in self.numbers)
-        kept = [line for line in self.text.lines if not line.startswith(anew)]
-        text = PenText("\n".join(kept), self.text.where)
+        kept = [line for line in text.lines if not line.startswith(anew)]
+        text = PenText("\n".join(kept), text.where)
         note = [f"still poses set these numbers (pen-mhe {version()}):", f"  {self.command}"]
         note += [
             f"  {n.sensor} {n.quantity}: {n.value:.6g} ± {n.std:.2g} {n.unit}".rstrip()
             for n in self.numbers
         ]
         return text.replaced(self.values, self.pen, note)
-
-    def write(self, path: str | Path) -> None:
-        """Write the text of `to_toml`.
-
-        Raises
-        ------
-        InputError
-            As `to_toml`, or if the file cannot be written.
-        """
-        write_whole(path, self.to_toml())
 
     def __repr__(self) -> str:
         return "\n\n".join([self.table.to_string(float_format="{:.5g}".format), *self.sentences()])

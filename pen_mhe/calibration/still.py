@@ -16,7 +16,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.names import several, unknown
 from models.pen_config import PenConfig
-from models.pen_file import AnyPen, as_pen
+from models.pen_file import AnyPen, as_pen, pen_name
 from models.sensor_kinds.inertial import InertialSensor
 from pen_mhe.calibration.allan import NoiseLevels, allan_curve, has_library, noise_levels
 from pen_mhe.calibration.gravity import COUNTS, GravityFit, fit_gravity
@@ -97,7 +97,7 @@ def calibrate_still(
         stills=stills,
         sensors=found,
         recording_names=tuple(recording.name for recording in read),
-        pen_name=config.name if isinstance(pen, PenConfig) else Path(pen).name,
+        pen_name=pen_name(pen),
         values=values,
         text=text,
         has_noise=has_library(),

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from models.arrays import Array
 from models.errors import InputError
 from models.pen_config import PenConfig
+from models.state_space import StateSpaceModel
 from pen_mhe.tuning.likelihood import log_likelihood
 from pen_mhe.tuning.parts import ScoredPart
 from pen_mhe.tuning.score import NATS, Filter, Judge, Score
@@ -37,6 +38,11 @@ def frame_choices(frame_s: Array) -> Mapping[int, float]:
     return MappingProxyType({m: rate_hz / m for m in every})
 
 
+def camera_rows(model: StateSpaceModel) -> NDArray[np.bool_]:
+    """Return which rows (n_r,) of the residual are a camera's."""
+    return np.concatenate([np.full(s.n_r, s.sees_pose) for s in model.sensors])
+
+
 def by_frames(part: ScoredPart) -> Judge:
     """Return the judge of a part; `InputError` where no frame can be predicted."""
     if len(part.cameras) != 1:
@@ -51,7 +57,7 @@ def by_frames(part: ScoredPart) -> Judge:
             f"recording {part.recording.name}: {count} frames of {part.cameras[0].name} to "
             f"predict, expected at least {FEWEST_FRAMES}"
         )
-    rows = np.concatenate([np.full(s.n_r, s.sees_pose) for s in part.model.sensors])
+    rows = camera_rows(part.model)
     rates = frame_choices(time_s[at])
     passes = list(_passes(part, at, rates))
     frames_per_pass = count * sum(1 / every for every, _ in passes) / len(passes)

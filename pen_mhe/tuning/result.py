@@ -6,13 +6,11 @@ import math
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from estimation.output_file import write_whole
-from models.errors import InputError
 from models.pen_config import PenConfig
 from models.version import version
+from pen_mhe.tuning.new_pen_file import NewPenFile
 from pen_mhe.tuning.objectives import OBJECTIVES
 from pen_mhe.tuning.parameters import Parameter
 from pen_mhe.tuning.pen_text import PenText
@@ -56,7 +54,7 @@ class TunedNumber:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tuning:
+class Tuning(NewPenFile):
     """What `tune` returns.
 
     Parameters
@@ -162,24 +160,13 @@ class Tuning:
         InputError
             If the pen did not come from a file, or the file's numbers cannot be replaced.
         """
-        if self.text is None:
-            raise InputError("this pen was given as data, expected a pen file to write anew")
+        text = self._of_file()
         note = [f"{self.objective} set these numbers (pen-mhe {version()}):", f"  {self.command}"]
         if self.objective in self.scores:
             was, now = self.scores[self.objective]
             unit = OBJECTIVES[self.objective].unit
             note.append(f"  {self.score}: {was.value:.6g} before, {now.value:.6g} {unit} after")
-        return self.text.replaced(self.values, self.pen, note)
-
-    def write(self, path: str | Path) -> None:
-        """Write the text of `to_toml` beside the file's place, and put it there whole.
-
-        Raises
-        ------
-        InputError
-            As `to_toml`, or if the file cannot be written.
-        """
-        write_whole(path, self.to_toml())
+        return text.replaced(self.values, self.pen, note)
 
     def __repr__(self) -> str:
         shown = "{:.4g}".format

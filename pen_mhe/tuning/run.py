@@ -12,7 +12,7 @@ from models.arrays import Array
 from models.errors import InputError, Interrupted
 from models.names import unknown
 from models.pen_config import PenConfig
-from models.pen_file import AnyPen, as_pen
+from models.pen_file import AnyPen, as_pen, pen_name
 from pen_mhe.tuning.levels import LevelFilter
 from pen_mhe.tuning.objectives import OBJECTIVES
 from pen_mhe.tuning.parameters import Parameter, chosen_parameters, with_values
@@ -106,7 +106,7 @@ def tune(
         fit=fit,
         score=score,
         recording_name=recording.name,
-        pen_name=config.name if isinstance(pen, PenConfig) else Path(pen).name,
+        pen_name=pen_name(pen),
         numbers=tuple(
             TunedNumber(
                 ".".join((*p.table, factors[p][0])),
