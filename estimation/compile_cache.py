@@ -20,6 +20,8 @@ from pathlib import Path
 from estimation.output_file import placed
 
 VARIABLE = "PEN_MHE_CACHE"
+FORM = "library, SHA-256"
+"""How a file of the cache is laid out; those of another layout are other files, never damaged."""
 OTHERS = stat.S_IRWXG | stat.S_IRWXO
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 _digest = hashlib.sha256

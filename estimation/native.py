@@ -28,6 +28,7 @@ from estimation.compile_c import CSource as CSource  # callers find it here
 from estimation.compile_c import NotCompilableError as NotCompilableError
 from estimation.compile_c import build
 from estimation.compile_cache import (
+    FORM,
     believed,
     cache_directory,
     is_whole,
@@ -182,7 +183,7 @@ def _say_again(target: Path, reason: str) -> None:
 
 
 def _key(place: str, gcc: str, source: CSource) -> str:
-    told = "\0".join((place, gcc, *FLAGS, *source.flags, source.text))
+    told = "\0".join((FORM, place, gcc, *FLAGS, *source.flags, source.text))
     return hashlib.sha256(told.encode()).hexdigest()[:24]
 
 

@@ -87,6 +87,18 @@ def test_what_is_damaged_is_compiled_again_and_never_loaded(own_cache: Path) -> 
     assert len(list(own_cache.iterdir())) == len(DAMAGE)
 
 
+def test_files_of_another_layout_are_not_called_damaged(
+    own_cache: Path, monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder
+) -> None:
+    """As those that a version without checksums left there."""
+    with monkeypatch.context() as patch:
+        patch.setattr(native, "FORM", "library")
+        old = built(2.0)
+    old.write_bytes(old.read_bytes()[:-32])
+    assert built(2.0) != old
+    assert not recwarn.list
+
+
 def test_a_whole_one_that_does_not_load_is_compiled_again(
     own_cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
