@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -61,7 +62,7 @@ class Chain:
         if not any(self.last_row):
             return constant_acceleration(dt)
         x, (_, c1, c2) = self.rate * dt, self.last_row
-        third = self._response
+        third = _response(self.g)
         second = [f.derivative() + c2 * f for f in third]
         first = [f.derivative().derivative() + c2 * f.derivative() + c1 * f for f in third]
         F = ca.SX(3, 3)
@@ -79,42 +80,53 @@ class Chain:
         """Return √S G (3, 3), a lower triangle with Q = (√S G)(√S G)ᵀ, over `dt` seconds."""
         if not any(self.last_row):
             return white_jerk_factor(dt) * self.density
-        x = self.rate * dt
-        is_small = x <= LARGEST_BY_SERIES
-        # Both branches are evaluated: each gets an argument that it is good for.
-        near = self._by_series(ca.if_else(is_small, x, LARGEST_BY_SERIES))
-        far = self._closed_form(ca.if_else(is_small, LARGEST_BY_SERIES, x))
-        M = ca.if_else(is_small, near, far)
+        M = _moments(tuple(self.g.terms.items()))(self.rate * dt)
         powers = ca.sqrt(dt) * ca.vertcat(dt**2, dt, 1)
         return ca.diag(powers) @ ca.chol(M).T * self.density
 
-    @property
-    def _response(self) -> tuple[PolyExp, PolyExp, PolyExp]:
-        """φ, its entries times λ², λ and 1."""
-        slope = self.g.derivative()
-        return self.g, slope, slope.derivative()
 
-    def _by_series(self, x: ca.SX) -> ca.SX:
-        """Return M of small x: the power series of ∫₀¹ u^(n+m) f_n(xu) f_m(xu) du."""
-        M, orders = ca.SX(3, 3), (2, 1, 0)
-        scaled = [f.series(n, SERIES_TERMS) for f, n in zip(self._response, orders, strict=True)]
-        for i in range(3):
-            for j in range(i + 1):
-                powers = np.convolve(scaled[i], scaled[j])[:SERIES_TERMS]
-                powers = powers / (np.arange(SERIES_TERMS) + orders[i] + orders[j] + 1)
-                entry = ca.SX(0)
-                for coefficient in powers[::-1]:
-                    entry = entry * x + coefficient
-                M[i, j] = M[j, i] = entry
-        return M
+Response = tuple[PolyExp, PolyExp, PolyExp]
 
-    def _closed_form(self, x: ca.SX) -> ca.SX:
-        M, response = ca.SX(3, 3), self._response
-        for i in range(3):
-            for j in range(i + 1):
-                integral = (response[i] * response[j]).integral(x)
-                M[i, j] = M[j, i] = integral / x ** (5 - i - j)
-        return M
+
+def _response(g: PolyExp) -> Response:
+    """φ, its entries times λ², λ and 1."""
+    slope = g.derivative()
+    return g, slope, slope.derivative()
+
+
+@cache
+def _moments(terms: tuple[tuple[tuple[int, int], float], ...]) -> ca.Function:
+    """Return x → M of the g of these terms: built once, it is most of what a model takes."""
+    response, x = _response(PolyExp(dict(terms))), ca.SX.sym("x")
+    is_small = x <= LARGEST_BY_SERIES
+    # Both branches are evaluated: each gets an argument that it is good for.
+    near = _by_series(response, ca.if_else(is_small, x, LARGEST_BY_SERIES))
+    far = _closed_form(response, ca.if_else(is_small, LARGEST_BY_SERIES, x))
+    return ca.Function("moments", [x], [ca.if_else(is_small, near, far)])
+
+
+def _by_series(response: Response, x: ca.SX) -> ca.SX:
+    """Return M of small x: the power series of ∫₀¹ u^(n+m) f_n(xu) f_m(xu) du."""
+    M, orders = ca.SX(3, 3), (2, 1, 0)
+    scaled = [f.series(n, SERIES_TERMS) for f, n in zip(response, orders, strict=True)]
+    for i in range(3):
+        for j in range(i + 1):
+            powers = np.convolve(scaled[i], scaled[j])[:SERIES_TERMS]
+            powers = powers / (np.arange(SERIES_TERMS) + orders[i] + orders[j] + 1)
+            entry = ca.SX(0)
+            for coefficient in powers[::-1]:
+                entry = entry * x + coefficient
+            M[i, j] = M[j, i] = entry
+    return M
+
+
+def _closed_form(response: Response, x: ca.SX) -> ca.SX:
+    M = ca.SX(3, 3)
+    for i in range(3):
+        for j in range(i + 1):
+            integral = (response[i] * response[j]).integral(x)
+            M[i, j] = M[j, i] = integral / x ** (5 - i - j)
+    return M
 
 
 def white_jerk(density: float) -> Chain:

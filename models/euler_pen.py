@@ -70,13 +70,15 @@ def euler_kinematics(
     names, units = zip(*kinematic_states(n_q), strict=True)
     is_angle = tuple(3 <= i < n_q for i in range(len(names)))
     tip, turning = motion.tip.built(), motion.attitude.built()
-    chains = [tip] * 3 + [turning] * (n_q - 3)
     centre = ca.DM([*motion.tip.centre_m, *np.zeros(2 * n_q + n_q - 3)])
 
     def step(x: ca.SX, w: ca.SX, dt: ca.SX) -> ca.SX:
         F, G = (
-            _of_all([part(dt) for part in parts])
-            for parts in zip(*((chain.transition, chain.factor) for chain in chains), strict=True)
+            _of_all([of_tip(dt)] * 3 + [of_angle(dt)] * (n_q - 3))
+            for of_tip, of_angle in (
+                (tip.transition, turning.transition),
+                (tip.factor, turning.factor),
+            )
         )
         return centre + (F @ (x - centre) + G @ w)
 
