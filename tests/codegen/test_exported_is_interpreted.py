@@ -52,6 +52,7 @@ def compare(
     return ours
 
 
+@pytest.mark.usefixtures("optimised")
 @pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
 def test_whatever_goes_wrong_with_a_measurement(name: str) -> None:
     estimates = compare(name, PEN, disturbed(RUN.measurements, limit=39.99, outlier=3.0))
@@ -63,6 +64,7 @@ def test_whatever_goes_wrong_with_a_measurement(name: str) -> None:
     assert Status.SATURATED in status[SATURATED_AT]
 
 
+@pytest.mark.usefixtures("optimised")
 def test_it_is_what_runs_here_to_the_last_bit() -> None:
     """The same C, with what only it tells: factors kept, distance from the optimum."""
     settings = {"horizon": 6, "reuse_threshold": 0.5}

@@ -21,6 +21,8 @@ from tests.mhe import pendulum
 C_TYPES = {"double": ctypes.c_double, "float": ctypes.c_float}
 MODEL = pendulum.model()
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 
 def target(chain: Toolchain) -> Target:
     is_bare = chain.command[0] != "gcc"

@@ -15,7 +15,7 @@ from tests.disturbed import ABSURD_AT, EMPTY_AT, INFINITE_AT, LATE_AT, SATURATED
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
 from tests.estimation import pens
 
-pytestmark = needs_compiler
+pytestmark = [needs_compiler, pytest.mark.usefixtures("optimised")]
 
 TOLERANCE_STD = 1e-12
 RUN = pens.draw_pen_run(60, seed=11)

@@ -78,6 +78,7 @@ def test_estimators_without_a_compiler_say_so_once_and_give_the_same(
 
 
 @needs_compiler
+@pytest.mark.usefixtures("optimised")
 def test_compiled_equals_interpreted_on_the_pens_stage() -> None:
     run = draw_pen_run(6, 6)
     model, rng = run.model, np.random.default_rng(3)

@@ -35,7 +35,7 @@ from tests.estimation import pens
 from tests.linear_models import coupled_system, irregular_times
 from tests.mhe import pendulum
 
-pytestmark = needs_compiler
+pytestmark = [needs_compiler, pytest.mark.usefixtures("optimised")]
 
 ONE_PASS, CONVERGED = 1e-12, 1e-9
 LOSSES: dict[str, dict[str, Any]] = {

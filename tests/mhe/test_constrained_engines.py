@@ -19,7 +19,7 @@ from tests.estimation import pens
 from tests.linear_models import constant_acceleration_system
 from tests.mhe import pendulum
 
-pytestmark = needs_compiler
+pytestmark = [needs_compiler, pytest.mark.usefixtures("optimised")]
 
 
 def pen_case() -> tuple[StateSpaceModel, list[Measurement]]:

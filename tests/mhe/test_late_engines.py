@@ -73,12 +73,16 @@ SETTINGS: list[tuple[str, dict[str, Any]]] = [
 
 
 CHEAP = ("coupled", "bounded")
+OPTIMISED = pytest.mark.usefixtures("optimised")
 
 
 @pytest.mark.parametrize(
     ("name", "settings", "kind"),
     [
-        *((*row, MheRti) for row in SETTINGS),
+        *(
+            pytest.param(*row, MheRti, marks=OPTIMISED if row[0] == "walled" else ())
+            for row in SETTINGS
+        ),
         *(
             pytest.param(*row, Mhe, marks=() if row[0] in CHEAP else pytest.mark.slow)
             for row in SETTINGS
