@@ -49,9 +49,8 @@ def test_simulate_then_estimate(
 
 
 def test_the_output_is_plain_in_a_pipe(recording: Path, tmp_path: Path) -> None:
-    result = runner.invoke(
-        app, ["estimate", str(recording), "--pen", "reference", "--output", str(tmp_path / "o.csv")]
-    )
+    given = f"--pen reference --estimator ekf --output {tmp_path / 'o.csv'}".split()
+    result = runner.invoke(app, ["estimate", str(recording), *given])
     assert result.exit_code == 0, result.output
     assert "\x1b" not in result.output
     assert len(pd.read_csv(tmp_path / "o.csv")) == 101

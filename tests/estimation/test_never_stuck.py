@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import casadi as ca
@@ -26,7 +27,7 @@ ESTIMATORS: dict[str, Callable[[StateSpaceModel], Any]] = {
     "mhe-rti": lambda model: MheRti(model, MheRtiConfig(horizon=5)),
     "mhe": lambda model: Mhe(model, MheConfig(horizon=5)),
 }
-SENSORS = {"accel+gyro": ["accel", "gyro"], "accel+gyro+camera": ["accel", "gyro", "camera"]}
+SENSORS = {"accel+gyro": ("accel", "gyro"), "accel+gyro+camera": ("accel", "gyro", "camera")}
 
 
 def is_definite(estimate: Estimate) -> bool:
@@ -37,10 +38,18 @@ def is_definite(estimate: Estimate) -> bool:
     return float(np.linalg.eigvalsh(P / np.outer(std, std)).min()) > -1e-13
 
 
-def samples(sensors: Sequence[str], kept: Callable[[float], bool]) -> tuple[Any, list[Measurement]]:
+@cache
+def recorded(sensors: tuple[str, ...]) -> tuple[StateSpaceModel, list[Measurement]]:
     recording = pm.simulate("reference", sensors, motion="handwriting", duration_s=14.0)
     model = pm.pen_model("reference", sensors)
-    return model, [m for m in recording.measurements(model) if kept(m.time_s)]
+    return model, list(recording.measurements(model))
+
+
+def samples(
+    sensors: tuple[str, ...], kept: Callable[[float], bool]
+) -> tuple[StateSpaceModel, list[Measurement]]:
+    model, measurements = recorded(sensors)
+    return model, [m for m in measurements if kept(m.time_s)]
 
 
 GAPS: dict[str, Callable[[float], bool]] = {

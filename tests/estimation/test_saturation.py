@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,12 @@ LIMIT = {"accel": SATURATED_FRACTION * ACCEL_RANGE, "gyro": GYRO_RANGE - GYRO_ST
 """|y| from which a reading counts as saturated."""
 
 
+@cache
+def built(name: str) -> Estimator[Any]:
+    """Return an estimator of the ranged model: a step changes none."""
+    return ESTIMATORS[name](MODEL)
+
+
 def with_reading(value: float, row: int) -> list[Measurement]:
     """The run, all of it within ranges, with one reading set."""
     measurements = []
@@ -93,7 +100,7 @@ def assert_equal(one: Estimate, other: Estimate) -> None:
 def test_a_reading_at_the_limit_is_a_missing_one(
     name: str, sensor: str, sign: int, beyond: float
 ) -> None:
-    row, estimator = FIRST_AXIS[sensor] + 1, ESTIMATORS[name](MODEL)
+    row, estimator = FIRST_AXIS[sensor] + 1, built(name)
     at_limit = estimates(estimator, with_reading(sign * beyond * LIMIT[sensor], row))
     missing = estimates(estimator, with_reading(np.nan, row))
     for k, (one, other) in enumerate(zip(at_limit, missing, strict=True)):
@@ -110,7 +117,7 @@ def test_a_reading_at_the_limit_is_a_missing_one(
 @pytest.mark.parametrize("name", ESTIMATORS)
 @pytest.mark.parametrize("sensor", LIMIT)
 def test_just_below_the_limit_it_is_used(name: str, sensor: str) -> None:
-    row, estimator = FIRST_AXIS[sensor], ESTIMATORS[name](MODEL)
+    row, estimator = FIRST_AXIS[sensor], built(name)
     below = estimates(estimator, with_reading(np.nextafter(LIMIT[sensor], 0), row))
     missing = estimates(estimator, with_reading(np.nan, row))
     assert not below[AT].status & ~Status.IMPROBABLE
@@ -121,7 +128,7 @@ def test_just_below_the_limit_it_is_used(name: str, sensor: str) -> None:
 
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_other_axes_of_the_sensor_are_used(name: str) -> None:
-    estimator = ESTIMATORS[name](MODEL)
+    estimator = built(name)
     measurements = with_reading(LIMIT["accel"], 0)
     without = list(measurements)
     y = measurements[AT].y.copy()
@@ -134,7 +141,7 @@ def test_other_axes_of_the_sensor_are_used(name: str) -> None:
 
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_all_readings_saturated_are_no_reading(name: str) -> None:
-    estimator = ESTIMATORS[name](MODEL)
+    estimator = built(name)
     y = np.full(MODEL.n_y, np.nan)
     y[:3] = ACCEL_RANGE
     _, estimate = estimator.step(estimator.init(), Measurement(0.0, y))
@@ -146,7 +153,7 @@ def test_all_readings_saturated_are_no_reading(name: str) -> None:
 
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_an_infinite_reading_is_not_called_saturated(name: str) -> None:
-    estimator = ESTIMATORS[name](MODEL)
+    estimator = built(name)
     infinite = estimates(estimator, with_reading(-np.inf, 1))
     missing = estimates(estimator, with_reading(np.nan, 1))
     assert infinite[AT].status is Status.INFINITE_READING

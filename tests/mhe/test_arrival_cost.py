@@ -28,7 +28,7 @@ TOLERANCE_STD = 1e-8
 
 def measured(system: LinearSystem) -> list[Measurement]:
     rng = np.random.default_rng(61)
-    return system.simulate(irregular_times(24, rng), rng, missing=0.25)
+    return system.simulate(irregular_times(14, rng), rng, missing=0.25)
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -19,6 +21,7 @@ ANGLES = (-4.0, -0.3, 1e-6, 0.5, np.pi, 5.0)
 INERTIAL = ("accel", "gyro")
 
 
+@cache
 def a_pen(degrees_of_freedom: int) -> tuple[StateSpaceModel, Array]:
     """A pen with one sensor of every kind, off its axis and with biases, in a brisk state."""
     rng = np.random.default_rng(degrees_of_freedom)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,7 @@ AXIS = {"x": 0, "y": 1, "z": 2}
 IDENTITY = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mounting:
     position_m: tuple[float, float, float]
     sensor_to_body: list[list[float]]
@@ -78,6 +79,7 @@ def largest_relative_error(readings: list[Array], expected: list[Array]) -> floa
     return float(np.abs(np.array(readings) - np.array(expected)).max() / largest)
 
 
+@cache
 def inertial_pen(degrees_of_freedom: int, mounting: Mounting, **bias: float) -> StateSpaceModel:
     accel_bias = {"bias_std_m_s2": bias["accel"]} if "accel" in bias else {}
     gyro_bias = {"bias_std_rad_s": bias["gyro"]} if "gyro" in bias else {}

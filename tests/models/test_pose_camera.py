@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import casadi as ca
@@ -24,6 +25,7 @@ PLACE = (0.01, -0.02, 0.15)
 TARGET_TO_BODY = random_rotation(np.random.default_rng(5))
 
 
+@cache
 def camera_of(degrees_of_freedom: int, **keys: Any) -> SensorModel:
     mounting = {"position_m": PLACE, "sensor_to_body": TARGET_TO_BODY, **keys}
     return pen_model(pen(degrees_of_freedom, {"camera": PoseCamera(**CAMERA, **mounting)})).sensors[

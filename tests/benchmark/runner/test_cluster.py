@@ -44,8 +44,7 @@ identify = partial(process_id, scope=Scope())
 
 REAL = [
     *(
-        Task("pen", "start 10 deg", sensors, estimator, seed)
-        for sensors in ("accel", "accel+gyro")
+        Task("pen", "start 10 deg", "accel+gyro", estimator, seed)
         for estimator in ("ekf", "mhe-rti")
         for seed in (0, 1)
     ),

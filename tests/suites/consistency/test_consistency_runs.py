@@ -90,14 +90,16 @@ def test_the_settled_case_is_as_specified(degrees_of_freedom: int) -> None:
     assert model.n_x == 3 * degrees_of_freedom + 6
 
 
+SLOW = pytest.mark.slow
 FEW_OR_MANY = pytest.mark.parametrize(
-    "seeds", [range(RUNS), pytest.param(range(MANY), marks=pytest.mark.slow)], ids=len
+    "seeds", [range(RUNS), pytest.param(range(MANY), marks=SLOW)], ids=len
 )
 
 
 @FEW_OR_MANY
 @pytest.mark.parametrize(
-    ("case", "degrees_of_freedom"), [("settled", 5), ("settled", 6), ("moving", 6)]
+    ("case", "degrees_of_freedom"),
+    [("settled", 5), pytest.param("settled", 6, marks=SLOW), ("moving", 6)],
 )
 def test_the_ekf_is_consistent(case: str, degrees_of_freedom: int, seeds: range) -> None:
     runs = runs_of(case, "ekf", seeds, degrees_of_freedom)
@@ -130,7 +132,7 @@ def test_the_mhe_is_consistent_in_a_few_runs() -> None:
 
 
 @FEW_OR_MANY
-@pytest.mark.parametrize("case", ["settled", "moving", "picked-up"])
+@pytest.mark.parametrize("case", [pytest.param("settled", marks=SLOW), "moving", "picked-up"])
 def test_one_pass_is_consistent(case: str, seeds: range) -> None:
     check_many(runs_of(case, "mhe-rti", seeds))
 

@@ -72,10 +72,15 @@ def drawn(results: Results) -> dict[str, Figure]:
     return {figure.key: figure for figure in figures(results)}
 
 
-def test_all_are_drawn_with_units_in_their_labels(results: Results) -> None:
-    found = drawn(results)
-    assert list(found) == KEYS
-    for figure in found.values():
+@pytest.fixture(scope="module")
+def whole(results: Results) -> dict[str, Figure]:
+    """The figures of the whole table."""
+    return drawn(results)
+
+
+def test_all_are_drawn_with_units_in_their_labels(whole: dict[str, Figure]) -> None:
+    assert list(whole) == KEYS
+    for figure in whole.values():
         for panel in figure.panels:
             assert " / " in panel.y_label
             assert len({line.name for line in panel.lines}) == len(panel.lines)
@@ -83,9 +88,9 @@ def test_all_are_drawn_with_units_in_their_labels(results: Results) -> None:
                 assert len(line.x) == len(line.y) > 0
 
 
-def test_a_stroke_over_time_has_truth_and_bands(results: Results) -> None:
+def test_a_stroke_over_time_has_truth_and_bands(whole: dict[str, Figure]) -> None:
     (panel,) = [
-        panel for panel in drawn(results)["pen-figure-4-vertical"].panels
+        panel for panel in whole["pen-figure-4-vertical"].panels
         if panel.title == "gyroscope: rate of θ"
     ]  # fmt: skip
     assert [line.name for line in panel.lines] == [TRUTH, *ESTIMATORS]
@@ -119,8 +124,8 @@ def test_raw_readings_and_the_noise_over_the_tolerance() -> None:
     assert list(line.y) == [1.5] * 6
 
 
-def test_mirror_solutions_are_counted_and_not_averaged(results: Results) -> None:
-    panels = drawn(results)["pen-starts"].panels
+def test_mirror_solutions_are_counted_and_not_averaged(whole: dict[str, Figure]) -> None:
+    panels = whole["pen-starts"].panels
     by_title = {panel.title: panel for panel in panels}
     errors, mirrors = (
         by_title[f"accelerometer: {what}"] for what in ("runs at the truth", "mirror solutions")
@@ -132,8 +137,8 @@ def test_mirror_solutions_are_counted_and_not_averaged(results: Results) -> None
     assert [list(line.y) for line in mirrors.lines] == [[pytest.approx(100 / 3)]] * 2
 
 
-def test_speeds_are_sorted_and_have_their_spread(results: Results) -> None:
-    elevation, _ = drawn(results)["pen-speeds"].panels
+def test_speeds_are_sorted_and_have_their_spread(whole: dict[str, Figure]) -> None:
+    elevation, _ = whole["pen-speeds"].panels
     lines = {line.name: line for line in elevation.lines}
     assert set(lines) == {
         f"{name}, {estimator}"
@@ -146,21 +151,23 @@ def test_speeds_are_sorted_and_have_their_spread(results: Results) -> None:
     assert list(lines["rigid body, ekf"].x) == [1.0]
 
 
-def test_a_pen_taken_for_one_that_cannot_spin_stands_beside_the_free_one(results: Results) -> None:
-    (panel,) = [panel for panel in drawn(results)["pen-spin-ignored"].panels if panel.lines[1:]]
+def test_a_pen_taken_for_one_that_cannot_spin_stands_beside_the_free_one(
+    whole: dict[str, Figure],
+) -> None:
+    (panel,) = [panel for panel in whole["pen-spin-ignored"].panels if panel.lines[1:]]
     assert [line.name for line in panel.lines] == [TRUTH, "no spin believed", "free"]
     assert [line.y[0] for line in panel.lines] == [0.0, 20.0, 1.0]
 
 
-def test_strokes_are_numbered_as_the_caption_says(results: Results) -> None:
-    figure = drawn(results)["pen-by-stroke"]
+def test_strokes_are_numbered_as_the_caption_says(whole: dict[str, Figure]) -> None:
+    figure = whole["pen-by-stroke"]
     number = int(figure.panels[2].lines[0].x[0])
     assert f"{number} {SHOWN[0].partition(': ')[2]}" in figure.caption
     assert list(figure.panels[2].lines[0].y) == [2.0]
 
 
-def test_the_path_begins_where_errors_are_judged(results: Results) -> None:
-    (panel,) = drawn(results)["pen-paths"].panels
+def test_the_path_begins_where_errors_are_judged(whole: dict[str, Figure]) -> None:
+    (panel,) = whole["pen-paths"].panels
     assert panel.equal
     assert [line.name for line in panel.lines] == [TRUTH, *ESTIMATORS]
     assert list(panel.lines[1].x) == [2.0, 2.5]  # from 1 s on, at level 1
