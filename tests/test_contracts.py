@@ -27,7 +27,7 @@ from recordings.simulate_pen import simulate
 from recordings.simulate_turntable import simulate_table
 from tests.contracts import check_failures, check_history, check_inputs_unchanged, check_model
 
-DURATION_S = 0.25
+DURATION_S = 0.15
 MODELS = contract_models()
 QUICK = {"horizon": 5}
 QUICK_PENS = ("pen6 accel+gyro+camera", "pen5 accel+gyro+contact", "pen6 two accelerometers")

@@ -9,7 +9,7 @@ import pytest
 nbformat = pytest.importorskip("nbformat", reason="the extra [notebooks] is not installed")
 nbclient = pytest.importorskip("nbclient", reason="the extra [notebooks] is not installed")
 
-LONG = ("02_your_own_recording", "03_the_turntable", "04_tilt_and_gyro_free", "05_ekf_against_mhe")
+QUICK = ("first_light",)
 NOTEBOOKS = sorted((Path(__file__).resolve().parent.parent / "notebooks").glob("*.ipynb"))
 
 
@@ -20,7 +20,7 @@ def test_there_are_notebooks() -> None:
 @pytest.mark.parametrize(
     "path",
     [
-        pytest.param(path, id=path.stem, marks=pytest.mark.slow if path.stem in LONG else [])
+        pytest.param(path, id=path.stem, marks=() if path.stem in QUICK else pytest.mark.slow)
         for path in NOTEBOOKS
     ],
 )

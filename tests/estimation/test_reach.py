@@ -106,7 +106,13 @@ def test_an_accelerometer_does_not_hold_the_tip(name: str, degrees_of_freedom: i
 
 
 @pytest.mark.parametrize("degrees_of_freedom", [pytest.param(5, marks=pytest.mark.slow), 6])
-@pytest.mark.parametrize("inertial", INERTIAL)
+@pytest.mark.parametrize(
+    "inertial",
+    [
+        pytest.param(name, marks=() if name in ("gyro", "accel+gyro") else pytest.mark.slow)
+        for name in INERTIAL
+    ],
+)
 def test_the_writing_area_holds_the_tip(degrees_of_freedom: int, inertial: str) -> None:
     """For a minute, with the default process noise, livelier than a pen's."""
     model = pen_model(pen(degrees_of_freedom, SENSORS), INERTIAL[inertial])
@@ -117,7 +123,7 @@ def test_the_writing_area_holds_the_tip(degrees_of_freedom: int, inertial: str) 
     assert history.solved_fraction == 1.0
 
 
-@pytest.mark.parametrize("degrees_of_freedom", [5, 6])
+@pytest.mark.parametrize("degrees_of_freedom", [pytest.param(5, marks=pytest.mark.slow), 6])
 def test_a_camera_holds_the_tip(degrees_of_freedom: int) -> None:
     model = pen_model(pen(degrees_of_freedom, SENSORS, **SLOW), ["accel", "gyro", "camera"])
     history = run(Ekf(model), at_rest(model, 60.0))

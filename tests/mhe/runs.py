@@ -10,11 +10,13 @@ import numpy as np
 from estimation.estimate import Estimate
 from estimation.estimator import Estimator
 from estimation.recording import Measurement
-from mhe.config import WindowConfig
+from mhe.config import MheIpoptConfig, WindowConfig
 from mhe.realtime import Mhe, MheRti
 from mhe.reference.ipopt import MheIpopt
+from mhe.trajectory import WindowSolution
 from models.arrays import Array
 from models.state_space import StateSpaceModel
+from suites.optimum.cases import rolled_out
 from tests.linear_models import LinearSystem
 from tests.references.batch import BatchProblem, linear_readings
 
@@ -37,6 +39,16 @@ def run_mhe(
         state, estimate = mhe.step(state, measurement)
         estimates.append(estimate)
     return estimates
+
+
+def reference_window(model: StateSpaceModel, measurements: list[Measurement]) -> WindowSolution:
+    """Return IPOPT's solution of a window over all measurements, from the prior without noise.
+
+    A solver is built for this length alone, and for none of the windows that would grow to it.
+    """
+    reference = MheIpopt(model, MheIpoptConfig(horizon=full_length(measurements)))
+    guess = rolled_out(model, model.prior.mean, measurements)
+    return reference.solve(model.prior, tuple(measurements), guess)
 
 
 def full_length(measurements: list[Measurement]) -> int:

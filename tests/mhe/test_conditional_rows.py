@@ -17,7 +17,7 @@ from models.state_space import StateSpaceModel
 from suites.optimum.cases import rolled_out
 from tests.configs import config_for
 from tests.linear_models import LinearSystem, constant_acceleration_system, coupled_system
-from tests.mhe.runs import ESTIMATORS, linear_batch, run_mhe
+from tests.mhe.runs import ESTIMATORS, linear_batch, reference_window, run_mhe
 from tests.models.pens import ACCELEROMETER, CAMERA, pen
 from tests.references.least_distance import solve_held
 
@@ -121,12 +121,9 @@ def test_a_pen_is_on_its_paper_while_it_touches() -> None:
         if touches[k]:
             readings["tip"] = np.zeros(1)
         measurements.append(Measurement(0.05 * k, held.stack(readings)))
-    config = MheIpoptConfig(horizon=9)
-    loose, tight = (run_mhe(model, measurements, config)[-1] for model in (free, held))
-    assert loose.window is not None
-    assert tight.window is not None
+    loose, tight = (reference_window(model, measurements) for model in (free, held))
     assert tight.status.is_solved
-    z, unheld = tight.window.states[:, 2], loose.window.states[:, 2]
+    z, unheld = (np.array(found.trajectory.states)[:, 2] for found in (tight, loose))
     assert (z > -1e-9).all()
     assert (z[touches] < 1e-4 + 1e-9).all()
     assert z[~touches].max() > 1e-3

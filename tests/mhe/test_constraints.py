@@ -18,6 +18,7 @@ from tests.linear_models import LinearSystem, constant_acceleration_system, coup
 from tests.mhe.runs import CONVERGING, ESTIMATORS, full_length, linear_batch, run_mhe
 from tests.references.constrained import ConstrainedSolution, solve_constrained
 
+SLOW = pytest.mark.slow
 TOLERANCE = 1e-6
 N_STAGES = 10
 
@@ -108,8 +109,24 @@ def pen_window(seed: int) -> GrowingWindow:
     return GrowingWindow(run.measurements, model, C, d, wanted)
 
 
-@pytest.mark.parametrize("estimator", CONVERGING)
-@pytest.mark.parametrize("name", LINEAR)
+QUICK = (
+    "one axis, bound at many stages",
+    "one axis, weakly active",
+    "coupled",
+    "two axes, precise, nearly degenerate",
+    "coupled, precise, many active",
+)
+"""What quick tests give to IPOPT; to the estimator that iterates they give all."""
+
+
+@pytest.mark.parametrize(
+    ("name", "estimator"),
+    [
+        pytest.param(name, estimator, marks=() if estimator == "mhe" or name in QUICK else SLOW)
+        for name in LINEAR
+        for estimator in CONVERGING
+    ],
+)
 def test_linear_windows_while_they_grow(name: str, estimator: str) -> None:
     _, _, with_bound, with_inequality = LINEAR[name]
     case = linear_window(name)
@@ -127,8 +144,8 @@ def test_linear_windows_while_they_grow(name: str, estimator: str) -> None:
     assert not wanted.active.all()
 
 
-@pytest.mark.parametrize("estimator", CONVERGING)
-@pytest.mark.parametrize("seed", [*(pytest.param(n, marks=pytest.mark.slow) for n in (0, 4)), 1])
+@pytest.mark.parametrize("estimator", [pytest.param("mhe-ipopt", marks=SLOW), "mhe"])
+@pytest.mark.parametrize("seed", [*(pytest.param(n, marks=SLOW) for n in (0, 4)), 1])
 def test_pen_above_its_desk_and_beside_a_wall(seed: int, estimator: str) -> None:
     """On the nonlinear pen."""
     case = pen_window(seed)

@@ -73,23 +73,26 @@ SETTINGS: list[tuple[str, dict[str, Any]]] = [
 
 
 CHEAP = ("coupled", "bounded")
-OPTIMISED = pytest.mark.usefixtures("optimised")
 
 
 @pytest.mark.parametrize(
     ("name", "settings", "kind"),
     [
-        *(
-            pytest.param(*row, MheRti, marks=OPTIMISED if row[0] == "walled" else ())
-            for row in SETTINGS
-        ),
+        *((*row, MheRti) for row in SETTINGS),
         *(
             pytest.param(*row, Mhe, marks=() if row[0] in CHEAP else pytest.mark.slow)
             for row in SETTINGS
         ),
     ],
 )
-def test_every_step(name: str, settings: dict[str, Any], kind: type[Mhe] | type[MheRti]) -> None:
+def test_every_step(
+    name: str,
+    settings: dict[str, Any],
+    kind: type[Mhe] | type[MheRti],
+    request: pytest.FixtureRequest,
+) -> None:
+    if name == "walled":
+        request.getfixturevalue("optimised")
     model, stream = CASES[name]
     config = config_for(kind, horizon=9, **settings)
     machine, plain = compiled_and_interpreted(lambda: kind(model, config))

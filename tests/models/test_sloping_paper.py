@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from estimation.recording import Measurement
-from mhe import MheIpoptConfig, constraint_rows
+from mhe import constraint_rows
 from models.errors import InputError
 from models.noisy_readings import touching
 from models.paper import Paper
@@ -16,7 +16,7 @@ from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import parse_pen
 from models.sensor_kinds.contact import Contact
-from tests.mhe.runs import run_mhe
+from tests.mhe.runs import reference_window
 from tests.models.pens import ACCELEROMETER, CAMERA, call, pen, random_state
 
 SLOPE = (0.1, -0.05)
@@ -91,12 +91,11 @@ def test_a_tip_is_held_to_a_paper_that_slopes() -> None:
         if touches[k]:
             readings["tip"] = np.array([HEIGHT_M])
         measurements.append(Measurement(0.05 * k, held.stack(readings)))
-    config = MheIpoptConfig(horizon=9)
     heights = []
     for model in (free, held):
-        estimate = run_mhe(model, measurements, config)[-1]
-        assert estimate.window is not None
-        tips = estimate.window.states[:, :3]
+        found = reference_window(model, measurements)
+        assert found.status.is_solved
+        tips = np.array(found.trajectory.states)[:, :3]
         heights.append(tips[:, 2] - plane_z(tips[:, 0], tips[:, 1]))
     unheld, kept = heights
     assert (kept > -1e-9).all()

@@ -29,8 +29,6 @@ from pen_mhe.errors import state_errors
 from pen_mhe.estimators import create_estimator, settings_read
 from recordings.simulate_pen import simulate
 
-pytestmark = pytest.mark.usefixtures("interpreted")
-
 INERTIAL, CAMERA = ("accel", "gyro"), ("accel", "gyro", "camera")
 START_DEG = np.array([-30.0, 60.0, 10.0])
 """Azimuth, elevation and spin that the motion `upright` starts from."""

@@ -22,8 +22,6 @@ from suites.optimum.cases import (
 )
 from suites.optimum.kinds import KINDS
 
-pytestmark = pytest.mark.usefixtures("interpreted")
-
 LENT = ("gyro-free two accels", "classic gas_2A_to_B")
 MODELS = ("turntable accel+gyro", "pen5 two accelerometers", "pen6 accel+gyro+camera")
 
