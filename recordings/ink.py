@@ -79,7 +79,7 @@ def ink_points_mm(scan: str | Path) -> Array:
     Raises
     ------
     InputError
-        If the file is no image, or has no resolution.
+        If the file is no image, has no resolution, or is the same grey everywhere.
     """
     from PIL import Image
 
@@ -94,6 +94,8 @@ def ink_points_mm(scan: str | Path) -> Array:
         grey = np.asarray(image.convert("L"))
     if not (math.isfinite(dpi) and dpi > 0):
         raise InputError(f"{scan}: no resolution in the image's metadata, expected dpi")
+    if len(np.unique(grey)) < 2:
+        raise InputError(f"{scan}: the same grey everywhere, expected ink on paper")
     rows, columns = np.nonzero(grey <= otsu_threshold(grey))
     points = np.column_stack([columns, grey.shape[0] - 1 - rows]) * INCH_MM / dpi
     distance = np.linalg.norm(points - np.median(points, axis=0), axis=1)
