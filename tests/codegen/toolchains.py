@@ -12,8 +12,9 @@ import pytest
 
 from codegen.export import Export
 from codegen.sizes import ARM, CORTEX_M4F
+from estimation import native
 
-STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
+STRICT = (*native.STRICT, "-ffp-contract=off")
 
 
 @dataclass(frozen=True)
@@ -55,9 +56,8 @@ def compile_strictly(
     """Compile an export as its CMakeLists.txt does; fails with the compiler's words."""
     written(export, folder)
     promotion = ["-Wdouble-promotion"] if export.precision.c_type == "float" else []
-    more = {export.prefix: [], f"{export.prefix}_model": ["-Wno-unused-parameter"]}
-    for name, own in more.items():
-        command = [*chain.command, *STRICT, *promotion, *own, *flags, "-c", f"{name}.c"]
+    for name in (export.prefix, f"{export.prefix}_model"):
+        command = [*chain.command, *STRICT, *promotion, *flags, "-c", f"{name}.c"]
         result = subprocess.run(command, cwd=folder, capture_output=True, text=True)
         assert result.returncode == 0, f"{' '.join(command)}\n{result.stderr}"
 
