@@ -15,6 +15,7 @@ FAULTS = {
     "(real)status;": ("(real)(status + 2147483647 + status);", "signed integer overflow"),
 }
 """C as it is → what a slip makes of it, and what a sanitiser calls that."""
+FIRST, *REST = FAULTS
 SHORT = Watched("ekf", EXPORTS["window"].stream, steps=100)
 
 
@@ -27,10 +28,7 @@ def test_a_filter_does_what_c_allows(tmp_path: Path) -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize(
-    "right",
-    [*list(FAULTS)[:1], *(pytest.param(x, marks=pytest.mark.slow) for x in list(FAULTS)[1:])],
-)
+@pytest.mark.parametrize("right", [FIRST, *(pytest.param(x, marks=pytest.mark.slow) for x in REST)])
 def test_a_slip_is_found(right: str, tmp_path: Path) -> None:
     export = export_of(SHORT)
     wrong, called = FAULTS[right]
