@@ -7,7 +7,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.sanitize import exports, loops
+from tests.sanitize import example, exports, loops
+
+FILES, FEW = 1000, 30
+"""Changed files for the example program, and in the quick part."""
 
 
 def main() -> None:
@@ -25,6 +28,10 @@ def main() -> None:
             told = exports.run(watched, exports.export_of(watched), Path(scratch))
         print(f"{name}: {told.stdout.strip() or told.stderr.strip()}", flush=True)
         failed = failed or told.returncode != 0
+    with tempfile.TemporaryDirectory() as scratch:
+        wrong = example.run(Path(scratch), FEW if asked.quick else FILES)
+    print(f"example program: {wrong or 'every file read or refused in a line'}", flush=True)
+    failed = failed or bool(wrong)
     tests = loops.QUICK if asked.quick else loops.ALL
     failed = bool(loops.run(asked.folder.resolve(), tests)) or failed
     sys.exit(failed)
