@@ -8,7 +8,7 @@ export OPENBLAS_NUM_THREADS = 1
 # Seeds of the benchmark: SEEDS=20 is the full one.
 SEEDS ?= 5
 
-.PHONY: benchmark test test-all test-wheel fuzz lint format clean
+.PHONY: benchmark test test-all test-wheel fuzz sanitize lint format clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -44,6 +44,11 @@ fuzz: $(FUZZER)
 	set -e; for reader in $(FUZZ); do \
 		$(BIN)/python -m tests.fuzz $$reader --runs -1 --seconds $(FUZZ_S); \
 	done
+
+# All our C under ASan and UBSan: make sanitize SANITIZE=--quick takes a part of it.
+SANITIZE ?=
+sanitize: $(STAMP)
+	$(BIN)/python -m tests.sanitize $(SANITIZE)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

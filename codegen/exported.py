@@ -13,14 +13,12 @@ from codegen.constant_readings import measured_columns
 from codegen.estimate_fields import estimate_fields, estimate_structure
 from codegen.export import Export
 from estimation.estimate import Estimate
-from estimation.native import CSource, shared_libraries
+from estimation.native import STRICT, CSource, shared_libraries
 from estimation.recording import Measurement
 from estimation.result import ResultReader
 from models.arrays import Array
 from models.errors import InputError
 from models.given_prior import Prior
-
-FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-parameter")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +108,7 @@ class Exported:
 
 def build(exports: Sequence[Export]) -> list[Any]:
     """Compile exports to shared libraries, each of one file, with a clock."""
-    return shared_libraries([CSource(single_file(export), FLAGS) for export in exports])
+    return shared_libraries([CSource(single_file(export), STRICT) for export in exports])
 
 
 def single_file(export: Export) -> str:

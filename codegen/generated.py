@@ -9,6 +9,15 @@ import casadi as ca
 
 from codegen.number_format import Precision
 
+QUIET = """#if defined __GNUC__
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif"""
+LOUD = """#if defined __GNUC__
+#pragma GCC diagnostic pop
+#endif
+"""
+"""CasADi's functions all have the same arguments, and rarely need them all."""
 SIGNATURE = "int {}(const real **, real **, integer *, real *, int);"
 
 
@@ -34,7 +43,7 @@ def generated_source(functions: Sequence[ca.Function], prefix: str, precision: P
         generator.add(named(function, f"{prefix}_{function.name()}"))
     source = precision.literals(generator.dump())
     top = ["#include <math.h>", *precision.functions([source])]
-    return "\n".join([*top, "", source])
+    return "\n".join([*top, "", QUIET, source, LOUD])
 
 
 def prototypes(functions: Sequence[ca.Function], prefix: str) -> list[str]:

@@ -30,7 +30,7 @@ class ResultRoom(ctypes.c_void_p):
 C_TYPES: Mapping[object, str] = {
     ArgumentRoom: "const real **",
     ResultRoom: "real **",
-    KernelAddress: "void *",
+    KernelAddress: "kernel",
     ctypes.c_longlong: "integer",
     ctypes.c_double: "real",
     ctypes.c_void_p: "generated",
@@ -38,8 +38,8 @@ C_TYPES: Mapping[object, str] = {
     ctypes.POINTER(ctypes.c_longlong): "integer *",
     ctypes.POINTER(ctypes.c_ubyte): "unsigned char *",
 }
-"""ctypes → C; a bare pointer is a generated function. `real` and `integer` are double and long
-long here, and whatever suits the machine in exported code."""
+"""ctypes → C; a bare pointer is a generated function, a ``kernel`` any function. `real` and
+`integer` are double and long long here, and whatever suits the machine in exported code."""
 
 
 @dataclass(frozen=True)

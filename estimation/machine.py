@@ -159,6 +159,7 @@ def declared(
         "typedef double real;",
         "typedef long long integer;",
         GENERATED,
+        "typedef void (*kernel)(void);",
         *(f"#define {name} {value!r}" for name, value in constants.items()),
         *(declaration(structure) for structure in structures),
     ]

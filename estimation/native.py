@@ -49,8 +49,8 @@ interposition generated functions inline their own helpers, which saves a sevent
 partial redundancies: straight-line code has next to none, and looking for them is half of the
 compiler's time (clang does not know these two options, and is told not to mind)."""
 
-STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
-"""For C written by hand."""
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
+"""For C written by hand, and for exports."""
 
 
 LOOPS = ("-ftree-loop-vectorize", "-fvect-cost-model=dynamic")

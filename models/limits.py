@@ -36,6 +36,7 @@ LIMITS: Mapping[str, Limit] = MappingProxyType(
         "cell_bytes": Limit(200, "bytes of a cell of a CSV, or of a column's name"),
         "nesting": Limit(32, "tables or lists within each other, in TOML and JSON"),
         "pixels": Limit(50_000_000, "pixels of a scan"),
+        "ink_pixels": Limit(4_000_000, "pixels of a scan that are dark"),
     }
 )
 """Name of a limit → its default and what it is of."""

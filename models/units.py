@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from types import MappingProxyType
 
 STANDARD_GRAVITY_M_S2 = 9.80665
@@ -42,6 +43,7 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
 """SI unit → the units accepted in its place, each with the factor to SI."""
 
 
+@lru_cache(maxsize=1024)
 def split_unit(name: str) -> tuple[str, str]:
     """Split ``range_m_s2`` into ``("range", "m_s2")``; the longest SI unit wins.
 

@@ -29,6 +29,8 @@ SETTLED_MM = 1e-6
 STARTING_GRID_MM = 4.0
 STARTING_POINTS = 300
 OFF_PAPER = 3.0
+COUNTED_AT_ONCE = 1_000_000
+"""Pixels; counting takes eight times their memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +60,9 @@ def otsu_threshold(grey: Array) -> int:
     ----------
     Otsu (1979), IEEE Trans. Systems, Man, and Cybernetics 9(1).
     """
-    counts = np.bincount(grey.astype(np.uint8).ravel(), minlength=256).astype(float)
+    flat = grey.astype(np.uint8, copy=False).ravel()
+    parts = np.array_split(flat, 1 + len(flat) // COUNTED_AT_ONCE)
+    counts = sum(np.bincount(part, minlength=256) for part in parts) + np.zeros(256)
     levels = np.arange(256)
     below = np.cumsum(counts)
     above = below[-1] - below
@@ -79,7 +83,8 @@ def ink_points_mm(scan: str | Path) -> Array:
     Raises
     ------
     InputError
-        If the file is no image, or has no resolution.
+        If the file is no image, has no resolution, is the same grey everywhere, or has more
+        dark pixels than its limit.
     """
     from PIL import Image
 
@@ -94,7 +99,11 @@ def ink_points_mm(scan: str | Path) -> Array:
         grey = np.asarray(image.convert("L"))
     if not (math.isfinite(dpi) and dpi > 0):
         raise InputError(f"{scan}: no resolution in the image's metadata, expected dpi")
-    rows, columns = np.nonzero(grey <= otsu_threshold(grey))
+    if not grey.size or grey.min() == grey.max():
+        raise InputError(f"{scan}: the same grey everywhere, expected ink on paper")
+    is_ink = grey <= otsu_threshold(grey)
+    check_most("ink_pixels", int(np.count_nonzero(is_ink)), str(scan))
+    rows, columns = np.nonzero(is_ink)
     points = np.column_stack([columns, grey.shape[0] - 1 - rows]) * INCH_MM / dpi
     distance = np.linalg.norm(points - np.median(points, axis=0), axis=1)
     return np.asarray(points[distance <= OUTLIER_FACTOR * np.median(distance)])

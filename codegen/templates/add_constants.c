@@ -6,7 +6,8 @@ static void add_constants(@{prefix}_state *state, double time_s, real *y)
     const double since = time_s - state->first_s + (spacing > @tick ? spacing : @tick);
     for (size_t i = 0; i < sizeof constants / sizeof *constants; i++) {
         if (constants[i].rate_hz > 0) {
-            const double period = (double)(long long)(since * constants[i].rate_hz);
+            const double periods = since * constants[i].rate_hz; /* whole where it is no long long */
+            const double period = periods < 0x1p53 ? (double)(long long)periods : periods;
             if (!(period > state->period[i])) continue;
             state->period[i] = period;
         }

@@ -17,7 +17,7 @@ static pen_estimate estimate;
 void _start(void)
 {
     pen_init(&state);
-    for (int k = 0; k < N_STEPS; k++) {
+    for (int k = 0; k < N_ROWS; k++) {
         pen_step(&state, times[k], readings[k], &estimate);
         const char *at = (const char *)&estimate;
         for (long left = sizeof estimate; left > 0;) {

@@ -57,6 +57,14 @@ def test_bounds_and_inequalities(chain: Toolchain, real: str, tmp_path: Path) ->
 
 
 @needs_compiler
+@pytest.mark.parametrize("form", ["covariance", "root"])
+def test_as_c11_too(form: str, tmp_path: Path) -> None:
+    settings = {"horizon": 6, "lag_samples": (2, 3), "deadline_s": 0.01}
+    export = made("mhe-rti", pendulum.model(), "float", form, settings)
+    compile_strictly(HOST, export, tmp_path, ("-std=c11", "-DPEN_MHE_CLOCK=seconds_of", *CHECK))
+
+
+@needs_compiler
 def test_a_pen_above_its_paper(tmp_path: Path) -> None:
     model = pen_model(pens.pen_config().model_copy(update={"paper": Paper()}))
     compile_strictly(HOST, made("mhe-rti", model, "float"), tmp_path, CHECK)

@@ -21,12 +21,12 @@ from recordings.formats.columns import recording_columns
 from recordings.formats.tables import recording_to_table
 from recordings.simulate_pen import simulate
 from tests.codegen.exports import made
+from tests.codegen.toolchains import STRICT
 from tests.engines import needs_compiler
 
 pytestmark = needs_compiler
 
 SENSORS = ("accel", "contact")
-STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
 
 
 @cache
@@ -42,12 +42,9 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     model = pen_model(load_pen("reference"), SENSORS)
     for name, text in export_files(made("ekf", model, form="root"), None, "…").items():
         (folder / name).write_text(text, "utf-8")
-    compiled = ["pen.c", "main.c"]
-    command = ["gcc", *STRICT, "-O1", "-ffp-contract=off", "-c", *compiled]
+    files = ["pen.c", "main.c", "pen_model.c"]
+    command = ["gcc", *STRICT, "-O1", *files, "-o", "example", "-lm"]
     subprocess.run(command, cwd=folder, check=True)
-    subprocess.run([*command[:-2], "-Wno-unused-parameter", "pen_model.c"], cwd=folder, check=True)
-    objects = ["pen.o", "pen_model.o", "main.o"]
-    subprocess.run(["gcc", *objects, "-o", "example", "-lm"], cwd=folder, check=True)
     return folder / "example"
 
 

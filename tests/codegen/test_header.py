@@ -25,7 +25,7 @@ from models.pen import pen_model
 from models.pen_file import load_pen
 from models.units import readable_unit
 from tests.codegen.exports import made
-from tests.codegen.toolchains import written
+from tests.codegen.toolchains import STRICT, written
 from tests.engines import needs_compiler
 from tests.estimation import pens
 
@@ -67,8 +67,7 @@ def test_a_model_that_is_read_by_its_states_has_no_member_for_more(
     assert "derived" not in export_files(export, None, "…")["README.md"]
     folder = written(export, tmp_path)
     (folder / "only.c").write_text('#include "pen.h"\nint main(void) { return PEN_N_DERIVED; }')
-    flags = ["-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
-    subprocess.run(["gcc", *flags, "only.c"], cwd=folder, check=True)
+    subprocess.run(["gcc", *STRICT, "-fsyntax-only", "only.c"], cwd=folder, check=True)
 
 
 def test_every_reading_of_a_sensor_has_its_place_and_unit() -> None:

@@ -14,7 +14,7 @@ from codegen.estimate_fields import estimate_fields, estimate_structure
 from codegen.exported import Exported
 from estimation.result import result_layout
 from tests.codegen.exports import made
-from tests.codegen.toolchains import CORTEX, written
+from tests.codegen.toolchains import CORTEX, stream_header, written
 from tests.disturbed import disturbed
 from tests.engines import needs_compiler
 from tests.estimation import pens
@@ -35,12 +35,6 @@ TOLERANCE_STD = {"double": 1e-11, "float": 1e-3}
 """Sines of two C libraries differ in the last bit."""
 
 
-def numbers(values: np.ndarray) -> str:
-    return ", ".join(
-        "NAN" if np.isnan(x) else "INFINITY" if np.isinf(x) else x.hex() for x in values
-    )
-
-
 @pytest.mark.parametrize(
     ("name", "real"),
     [
@@ -54,15 +48,7 @@ def test_the_same_steps(name: str, real: str, tmp_path: Path) -> None:
     export = made(name, RUN.model, real, "root")
     measurements = disturbed(RUN.measurements)
     folder = written(export, tmp_path)
-    rows = [f"{{{numbers(m.y.tolist())}}}" for m in measurements]
-    times = [m.time_s.hex() for m in measurements]
-    stream = [
-        "#include <math.h>",
-        f"#define N_STEPS {len(rows)}",
-        f"static const double times[] = {{{', '.join(times)}}};",
-        f"static const pen_real readings[][PEN_N_Y] = {{{', '.join(rows)}}};",
-    ]
-    (folder / "stream.h").write_text("\n".join(stream))
+    (folder / "stream.h").write_text(stream_header(export, measurements))
     (folder / "program.c").write_text(PROGRAM.read_text())
     files = ["pen.c", "pen_model.c", "program.c"]
     flags = ["-O1", "-ffp-contract=off", "-std=gnu99", *LINK]

@@ -12,9 +12,9 @@ from codegen.folder import export_files
 from models.pen import pen_model
 from models.pen_file import load_pen
 from tests.codegen.exports import made
+from tests.codegen.toolchains import STRICT
 from tests.engines import needs_compiler
 
-FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-unused-parameter")
 SOURCES = ("pen.c", "pen_model.c")
 
 
@@ -22,7 +22,7 @@ def compile_in(folder: Path, source: str, files: Mapping[str, str]) -> str:
     """Look at a source as a compiler does; return what it says."""
     for name, text in files.items():
         (folder / name).write_text(text, "utf-8")
-    command = ["gcc", *FLAGS, "-fsyntax-only", source]
+    command = ["gcc", *STRICT, "-fsyntax-only", source]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True).stderr
 
 

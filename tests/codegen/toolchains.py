@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -10,10 +11,13 @@ from pathlib import Path
 
 import pytest
 
+from codegen.constant_readings import measured_columns
 from codegen.export import Export
 from codegen.sizes import ARM, CORTEX_M4F
+from estimation import native
+from estimation.recording import Measurement
 
-STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
+STRICT = (*native.STRICT, "-ffp-contract=off")
 
 
 @dataclass(frozen=True)
@@ -55,11 +59,35 @@ def compile_strictly(
     """Compile an export as its CMakeLists.txt does; fails with the compiler's words."""
     written(export, folder)
     promotion = ["-Wdouble-promotion"] if export.precision.c_type == "float" else []
-    more = {export.prefix: [], f"{export.prefix}_model": ["-Wno-unused-parameter"]}
-    for name, own in more.items():
-        command = [*chain.command, *STRICT, *promotion, *own, *flags, "-c", f"{name}.c"]
+    for name in (export.prefix, f"{export.prefix}_model"):
+        command = [*chain.command, *STRICT, *promotion, *flags, "-c", f"{name}.c"]
         result = subprocess.run(command, cwd=folder, capture_output=True, text=True)
         assert result.returncode == 0, f"{' '.join(command)}\n{result.stderr}"
+
+
+def stream_header(export: Export, measurements: Sequence[Measurement]) -> str:
+    """Return C with the times of measurements, and with the readings that a step is given."""
+    columns = measured_columns(export.exported.model)
+    rows = [f"{{{', '.join(map(_number, m.y[columns]))}}}" for m in measurements]
+    times = [float(m.time_s).hex() for m in measurements]
+    return "\n".join(
+        [
+            "#include <math.h>",
+            f"#define N_ROWS {len(rows)}",
+            f"static const double times[] = {{{', '.join(times)}}};",
+            f"static const {export.prefix}_real readings[][{export.prefix.upper()}_N_Y] = {{",
+            ",\n".join(rows),
+            "};",
+        ]
+    )
+
+
+def _number(value: float) -> str:
+    if math.isnan(value):
+        return "NAN"
+    if math.isinf(value):
+        return "INFINITY" if value > 0 else "-INFINITY"
+    return float(value).hex()
 
 
 def symbols(chain: Toolchain, folder: Path, file: str, option: str) -> set[str]:

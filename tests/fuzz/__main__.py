@@ -7,6 +7,7 @@ corpus of the repository once it is mended: `tests.fuzz.test_fuzz` reads it from
 from __future__ import annotations
 
 import argparse
+import os
 import resource
 import sys
 from pathlib import Path
@@ -17,23 +18,32 @@ with atheris.instrument_imports(
     include=["models", "recordings", "benchmark", "pen_mhe", "tomllib", "json"]
 ):
     from tests.fuzz.seeds import TOKENS, seeds
-    from tests.fuzz.targets import TARGETS, check
+    from tests.fuzz.targets import TARGETS, check, folder
 
 MOST_GROWTH_MB = 500
 """Memory that reading may take, beyond what the process has before."""
 
 
+SHORTEST, FURTHER = 8192, 2
+"""The longest input is that many bytes, or so many times the longest seed."""
+
+
 def main() -> None:
-    """Run what the command line asks for; libFuzzer ends the process."""
+    """Run what the command line asks for in a child: libFuzzer ends it, and clears nothing away."""
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz")
     parser.add_argument("target", choices=TARGETS)
     parser.add_argument("--runs", type=int, default=100_000, help="inputs to try")
     parser.add_argument("--seconds", type=int, default=0, help="end after these, 0: never")
     parser.add_argument("--folder", type=Path, default=Path("build/fuzz"), help="corpus, findings")
     asked = parser.parse_args()
+    folder()  # of this process, which removes it in the end
+    if child := os.fork():
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        sys.exit(status)
     corpus = asked.folder / asked.target
     corpus.mkdir(parents=True, exist_ok=True)
-    for number, data in enumerate(seeds(asked.target)):
+    good = seeds(asked.target)
+    for number, data in enumerate(good):
         (corpus / f"seed-{number}").write_bytes(data)
         check(asked.target, data)  # imports and caches are not what an input takes
     words = asked.folder / "words.txt"
@@ -43,7 +53,7 @@ def main() -> None:
         f"-runs={asked.runs}",
         f"-max_total_time={asked.seconds}",
         f"-rss_limit_mb={before_mb + MOST_GROWTH_MB}",
-        "-max_len=8192",
+        f"-max_len={max(SHORTEST, FURTHER * max(map(len, good)))}",
         f"-dict={words}",
         "-timeout=10",
         "-print_final_stats=1",

@@ -13,7 +13,7 @@ import pytest
 from codegen.export import export_texts
 from codegen.exportable import exportable
 from codegen.folder import export_files
-from estimation.native import compiler
+from estimation.native import STRICT, compiler
 from models.bundled import sensor_names
 from models.errors import InputError
 from models.escaped import c_string, code_span, in_comment, in_markdown
@@ -126,5 +126,5 @@ def test_a_pens_name_runs_no_code(tmp_path: Path) -> None:
     if compiler() is None:
         pytest.skip("no C compiler here")
     for name in ("pen.c", "main.c"):
-        command = ["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-c", name, "-o", "out.o"]
+        command = ["cc", *STRICT, "-c", name, "-o", "out.o"]
         subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
