@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from estimation.estimator import run_measurements
 from estimation.kalman_stage import rows_present
 from estimation.recording import Measurement
 from estimation.status import Status
@@ -283,6 +284,20 @@ def test_lags_count_stages() -> None:
     assert [e.time_s for e in estimate.lagged] == [between(7), RUN.measurements[7].time_s]
     _, late = mhe.step(state, Measurement(RUN.measurements[2].time_s, RUN.measurements[7].y))
     assert late.lagged == ()
+
+
+def test_a_lag_speaks_of_an_instant_again_where_an_older_reading_comes() -> None:
+    """Both rows stay: the second knows more. Counted once it is the first."""
+    mhe = MheRti(MODEL, MheRtiConfig(horizon=6, lag_samples=2))
+    late = Measurement(between(6), RUN.measurements[7].y)
+    history = run_measurements(mhe, [*RUN.measurements[:10], late, *RUN.measurements[10:12]])
+    told = history.at_lag(2)
+    times = [m.time_s for m in RUN.measurements[:10]]
+    np.testing.assert_array_equal(told.time_s, [*times[:8], times[7], *times[8:10]])
+    assert (told.std[8] < told.std[7]).any()
+    once = told.first_told()
+    np.testing.assert_array_equal(once.time_s, times)
+    np.testing.assert_array_equal(once.mean[7], told.mean[7])
 
 
 def demanding() -> StateSpaceModel:
