@@ -300,6 +300,31 @@ def test_a_lag_speaks_of_an_instant_again_where_an_older_reading_comes() -> None
     np.testing.assert_array_equal(once.mean[7], told.mean[7])
 
 
+@either_engine
+def test_first_readings_that_are_late_get_passes_until_they_settle() -> None:
+    """One from the prior is not near the optimum; the next late ones get one, as any sample."""
+    config, first = MheRtiConfig(horizon=6), np.arange(MODEL.n_y) < 3
+    clock = Ticking(1e-9)
+    mhe = MheRti(MODEL, replace(config, deadline_s=1.0), clock=clock)
+    state = mhe.init()
+    for m in RUN.measurements[:4]:
+        state, estimate = mhe.step(state, replace(m, y=np.where(first, np.nan, m.y)))
+        assert estimate.iterations == 1
+    late = Measurement(between(0), np.where(first, RUN.measurements[0].y, np.nan))
+    after, estimate = mhe.step(state, late)
+    assert estimate.status is Status.SOLVED
+    assert estimate.iterations > 2
+    assert estimate.kkt_residual < 1e-3
+    solved, _ = Mhe(MODEL, MheConfig(horizon=6)).step(state, late)
+    assert mean_error(MODEL, estimate.state.mean, window_of(mhe, solved).newest) < 1e-3
+    _, next_late = mhe.step(after, replace(late, time_s=between(1)))
+    assert next_late.iterations == 1
+    clock.tick = 0.2
+    _, hurried = mhe.step(state, late)
+    assert hurried.iterations < estimate.iterations
+    assert Status.TIME_LIMIT in hurried.status
+
+
 def demanding() -> StateSpaceModel:
     """A row of which the first reading decides whether it is demanded."""
     return MODEL.constrained(lambda x: x[2] - 10.0, MODEL.reading_names[:1])
