@@ -38,6 +38,13 @@ def codegen(
             help="Of such an estimator: tell of so many samples ago too; several by more."
         ),
     ] = None,
+    late_samples: Annotated[
+        int | None,
+        typer.Option(
+            help="Of the ekf: measurements back that a late one is taken at least; "
+            "0 takes none, and needs the least RAM."
+        ),
+    ] = None,
     float32: Annotated[
         bool, typer.Option("--float32", help="Single precision, with square roots of covariances.")
     ] = False,
@@ -62,6 +69,7 @@ def codegen(
                 horizon=horizon,
                 deadline_s=deadline,
                 lag_samples=tuple(lag_samples or ()),
+                late_samples=late_samples,
                 real="float" if float32 else "double",
                 form="root" if roots else None,
                 prefix=prefix,

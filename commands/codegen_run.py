@@ -30,6 +30,7 @@ class CodegenRequest:
     estimator : one of `codegen.exportable.EXPORTABLE`
     horizon, deadline_s : of an estimator with a window; None takes the default
     lag_samples : at which such an estimator tells of earlier instants too
+    late_samples : of a filter, measurements back that it takes a late one; None takes the default
     real : ``double`` or ``float``
     form : one of `estimation.loop.STAGES`; None takes the default of the precision
     prefix : of the files' and the functions' names
@@ -44,6 +45,7 @@ class CodegenRequest:
     horizon: int | None
     deadline_s: float | None
     lag_samples: tuple[int, ...]
+    late_samples: int | None
     real: str
     form: str | None
     prefix: str
@@ -89,5 +91,6 @@ def _settings(request: CodegenRequest) -> dict[str, Any]:
         "horizon": request.horizon,
         "deadline_s": request.deadline_s,
         "lag_samples": request.lag_samples or None,
+        "late_samples": request.late_samples,
     }
     return {name: value for name, value in asked.items() if value is not None}

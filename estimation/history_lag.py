@@ -41,6 +41,9 @@ class AtLag:
         window begun anew took the lag from. Status and times are those of the step that says it. A
         smoothed estimate has seen its readings: it has no innovation.
 
+        A reading that comes later than the instant that is spoken of has it told again, and surer:
+        `first_told` has each instant once, as errors and figures do.
+
         Parameters
         ----------
         lag : one that the estimator was asked for, ``create_estimator(…, lag_samples=lag)``; 0 is

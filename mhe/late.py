@@ -5,7 +5,10 @@ its capture, as long as the window reaches back to it: to its oldest stage, and 
 window has room also to before that, under the same prior. Where a stage of the very same time has
 none of its readings they join that stage; else it becomes a stage of its own between two others (at
 the same time behind the one that is there), and the oldest goes where the window is full. Stages in
-front of it keep their linearisation points and factors; from it on one pass makes them anew.
+front of it keep their linearisation points and factors; from it on one pass makes them anew. The
+first readings of a sensor, where they are late, get passes until the step is short: in time they
+would have had a pass with each sample since, and one from the prior alone was up to five standard
+deviations off.
 
 Its state is led to from the stage before by its share of the noise w that led over the whole step:
 
@@ -92,6 +95,12 @@ def readings_there(model: StateSpaceModel, present: Array | NDArray[np.bool_]) -
     """Return which readings (n_y,) a stage has: one that no row present needs counts as missing."""
     needed: NDArray[np.bool_] = np.any(model.row_needs[present > 0], axis=0)
     return needed
+
+
+def sensors_there(model: StateSpaceModel, rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which sensors (n_sensors,) measured some of the rows (n_r,) of the residual."""
+    ends = np.cumsum([sensor.n_r for sensor in model.sensors])[:-1]
+    return np.array([part.any() for part in np.split(rows & model.measured_rows, ends)])
 
 
 def joined(stage: Array, y: Array) -> Array:

@@ -44,6 +44,11 @@ def most_active(n_stages: int, n_c: int) -> int:
     return min(n_stages * n_c, MOST_ACTIVE)
 
 
+FIRST: Mapping[str, float] = MappingProxyType({"FIRST_PASSES": 20, "FIRST_SETTLED": 1e-3})
+"""Macros of window.c: how many passes a sensor's first readings get at most that came late, and the
+step, in standard deviations, that ends them. A start within its prior takes 4."""
+
+
 SUFFICIENT = 1e-4
 
 

@@ -17,6 +17,7 @@ from estimation.stored import restored, store, stored, stride
 from mhe import constraint_rows
 from mhe.arrival_cost import diffuse
 from mhe.config import WindowConfig
+from mhe.late import sensors_there
 from mhe.trajectory import Trajectory
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -40,7 +41,8 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
     readings would have moved it, ``length`` its share of the squared length of the last step;
     the first ``stayed`` stages have the factors that they were smoothed with. ``wait`` is how many
     samples the next second start waits (`mhe.second_start`). ``apart`` is 1 where a late reading
-    stands between two states that do not follow from each other yet (`mhe.late`).
+    stands between two states that do not follow from each other yet (`mhe.late`). ``seen`` is 1 for
+    sensors that ever had a reading.
     ``prior_deviation`` is that of the prior's mean from ``x_lin``, ``predicted`` x_k|k-1 of each
     stage when it was the newest, ``newest_mean`` and ``newest_covariance`` the last estimate,
     ``inputs`` the last known ones, NaN before the first measurement.
@@ -65,6 +67,7 @@ def window_memory(model: StateSpaceModel, n_stages: int) -> Layout:
             "stayed": (),
             "wait": (),
             "apart": (),
+            "seen": (len(model.sensors),),
             "active": (n_stages, n_c),
             "demanded": (n_stages, n_c),
             "predicted": (n_stages, n_x),
@@ -110,6 +113,7 @@ def packed_window(
         layout.view(memory, block)[:count] = value
     whole: dict[str, Any] = {
         "count": count,
+        "seen": sensors_there(model, np.any(per_stage["present"], axis=0)),
         "prior_mean": prior.mean,
         "prior_covariance": stored(prior),
         "prior_deviation": -np.asarray(model.difference(states[0], prior.mean)).ravel(),
@@ -153,7 +157,7 @@ PER_STAGE = (
 BETWEEN_STAGES = ("w", "w_lin")
 
 
-WHOLE = ("stayed", "wait", "apart", "prior_deviation")
+WHOLE = ("stayed", "wait", "apart", "seen", "prior_deviation")
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +184,7 @@ class View:
     stayed: Array
     wait: Array
     apart: Array
+    seen: Array
     prior: GaussianState
     prior_deviation: Array
     newest: GaussianState

@@ -22,7 +22,7 @@ from mhe.config import Clock, RealTimeConfig
 from mhe.domain import limits
 from mhe.loss import LEAST_SQUARES
 from mhe.reuse import SETTLED, reuse_threshold
-from mhe.rules import ACTIVE_SET, DESCENT, most_active
+from mhe.rules import ACTIVE_SET, DESCENT, FIRST, most_active
 from mhe.second_start import SECOND_START, cost_limits
 from mhe.stage_functions import carry_function, window_functions
 from models.arrays import Array
@@ -128,6 +128,7 @@ def window_loop(
             **{f"ARRIVAL_{name}": i for i, name in enumerate(ARRIVAL_COSTS)},
             **({**DESCENT, **SECOND_START} if parts["CONVERGES"] else {}),
             **ACTIVE_SET,
+            **FIRST,
             "SETTLED": SETTLED,
             "LEAST_SQUARES": LEAST_SQUARES,
             **rest_constants(model),

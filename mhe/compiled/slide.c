@@ -133,6 +133,7 @@ static void shift(const Window *s, const real *given, real *memory, const Place 
     copy(memory + at->prior_covariance, given + at->prior_covariance, m->n_P);
     copy(memory + at->prior_deviation, given + at->prior_deviation, n_x);
     copy(memory + at->inputs, given + at->inputs, m->n_u);
+    copy(memory + at->seen, given + at->seen, m->n_sensors);
     memory[at->wait] = given[at->wait];
     memory[at->apart] = given[at->apart];
     memory[at->count] = (real)(place->joins ? kept : kept + 1);

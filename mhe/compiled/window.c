@@ -45,6 +45,46 @@ static void tell_of(const Window *s, const real *rows)
             if (rows[i] == 0 || rows[j] == 0) s->work.S[i * n + j] = i == j ? std[i] * std[i] : 0;
 }
 
+/* Whether rows bring a sensor's first readings; it counts as seen from then on. */
+static int is_first(const Window *s, real *memory, const real *rows)
+{
+    const Model *m = &s->model;
+    real *seen = memory + s->memory.seen;
+    int first = 0;
+    for (integer sensor = 0; sensor < m->n_sensors; sensor++)
+        for (integer row = m->first_row[sensor]; row < m->first_row[sensor + 1]; row++)
+            if (rows[row] != 0 && m->measured_rows[row] && seen[sensor] == 0) seen[sensor] = first = 1;
+    return first;
+}
+
+/* Passes until the step is short: each is linearised where the one before ended. In time such readings
+ * would have had a pass with each sample since. */
+static integer settle(const Window *s, real *memory, double start, Solved *solved)
+{
+    const integer count = (integer)memory[s->memory.count];
+    integer status = one_pass(s, memory, solved), passes = 1;
+    for (; status == 0 && solved->kkt > FIRST_SETTLED && passes < FIRST_PASSES; passes++) {
+        if (affordable(s, start) < count) {
+            status = STATUS_TIME_LIMIT;
+            break;
+        }
+        choose_points(s, 0, memory);
+        memory[s->memory.stayed] = 0;
+        status = one_pass(s, memory, solved);
+    }
+    solved->passes = passes;
+    return status;
+}
+
+/* The passes of a step. */
+static integer solve(const Window *s, real *memory, double start, int settles, Solved *solved)
+{
+#if CONVERGES
+    if (s->iterate) return converge_twice(s, memory, start, solved);
+#endif
+    return settles ? settle(s, memory, start, solved) : one_pass(s, memory, solved);
+}
+
 /* Slide and solve. Where there is no time to make the factors of all stages that have moved, older
  * ones keep theirs; where there is none for those that have no factors there is no pass. */
 static integer attempt(const Window *s, const real *given, real *memory, const Place *place,
@@ -61,6 +101,7 @@ static integer attempt(const Window *s, const real *given, real *memory, const P
     const int has_time = stays <= staying(s, given, place, INFINITY);
     slide(s, given, memory, place, time, y, stays < place->at ? stays : place->at);
     const real *rows = own_rows(s, memory, place, y);
+    const int settles = is_first(s, memory, rows) && place->is_late;
     Solved solved = {NAN, 0, NAN};
     real *mean = memory + at->newest_mean, *covariance = memory + at->newest_covariance;
     integer status;
@@ -71,11 +112,7 @@ static integer attempt(const Window *s, const real *given, real *memory, const P
         look_back_without_pass(s, memory);
 #endif
     } else {
-#if CONVERGES
-        status = s->iterate ? converge_twice(s, memory, start, &solved) : one_pass(s, memory, &solved);
-#else
-        status = one_pass(s, memory, &solved);
-#endif
+        status = solve(s, memory, start, settles, &solved);
         if (place->joins) tell_of(s, rows);
         if (stays > near) status |= STATUS_TIME_LIMIT;
         const int is_whole = s->iterate || count == s->n_stages;

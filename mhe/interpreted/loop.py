@@ -24,9 +24,10 @@ from mhe.interpreted.deadline import Deadline
 from mhe.interpreted.pass_result import Pass
 from mhe.interpreted.sliding import WindowSlider
 from mhe.interpreted.window_pass import WindowPass
-from mhe.late import ALONE, StagePlace, place_of, readings_there
+from mhe.late import ALONE, StagePlace, place_of, readings_there, sensors_there
 from mhe.look_back import told_stages
 from mhe.reuse import SETTLED, reuse_threshold
+from mhe.rules import FIRST
 from mhe.window_memory import Scales, View, put
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -82,7 +83,7 @@ class InterpretedWindow:
             nothing = without_readings(self._model, y)
             memory, result, status = self._attempt(given, place, time_s, nothing)
             if Status.NOT_FINITE in status:
-                memory, result = self._begin_anew(window.newest, time_s, nothing)
+                memory, result = self._begin_anew(window, time_s, nothing)
                 status |= Status.NO_READING
             else:
                 status = status & ~Status.NO_READING | Status.NOT_FINITE
@@ -112,13 +113,12 @@ class InterpretedWindow:
         state = replace(solved.known, mean=window.x[-1])
         return memory, self._report(window, state, solved, solved.status)
 
-    def _begin_anew(
-        self, newest: GaussianState, time_s: float, nothing: Array
-    ) -> tuple[Array, Array]:
+    def _begin_anew(self, window: View, time_s: float, nothing: Array) -> tuple[Array, Array]:
         """Begin a window with the last estimate, where not even its prediction is finite."""
         memory = np.zeros(self.memory.size)
         for part in ("prior", "newest"):
-            put(self.memory, memory, part, newest)
+            put(self.memory, memory, part, window.newest)
+        self.memory.view(memory, "seen")[:] = window.seen
         memory, result, _ = self._attempt(memory, ALONE, time_s, nothing)
         return memory, result
 
@@ -132,18 +132,17 @@ class InterpretedWindow:
         stays = max(near, count - most)
         has_time = stays <= self._staying(old, place, np.inf)
         memory, window = self._slider.slide(given, place, time_s, y, min(stays, place.at))
+        rows = rows_present(self._model, y) if place.joins else window.present[place.at] > 0
+        settles = self._is_first(window, rows) and place.is_late
         if not has_time:
             state, solved = self._only_predict(old, window, place)
         else:
-            solve = self._convergence.solve if self._scheme.converges else self._one_pass
-            solved = solve(window)
+            solved = self._solve(window, settles)
             if stays > near:
                 solved = replace(solved, status=solved.status | Status.TIME_LIMIT)
             solved = self._judge(window, solved)
             state = replace(solved.known, mean=window.x[-1])
-        rows = window.present[place.at] > 0
         if place.joins:
-            rows = rows_present(self._model, y)
             solved = self._told_of(solved, rows)
         status = solved.status
         if not (np.isfinite(state.mean).all() and np.isfinite(state.covariance).all()):
@@ -189,6 +188,34 @@ class InterpretedWindow:
         moved = ~(np.isfinite(old.moved) & (old.moved <= limit))[: place.behind]
         k = int(moved.argmax()) if moved.any() else len(moved)
         return max(k - place.drop, 0)
+
+    def _is_first(self, window: View, rows: NDArray[np.bool_]) -> bool:
+        """Return whether rows bring a sensor's first readings; it counts as seen from then on."""
+        before = window.seen.copy()
+        window.seen[sensors_there(self._model, rows)] = 1
+        return bool((window.seen != before).any())
+
+    def _solve(self, window: View, settles: bool) -> Solved:
+        """Make the passes of a step."""
+        if self._scheme.converges:
+            return self._convergence.solve(window)
+        return self._settle(window) if settles else self._one_pass(window)
+
+    def _settle(self, window: View) -> Solved:
+        """Make passes until the step is short, as window.c does."""
+        solved, passes, capacity = self._one_pass(window), 1, self.memory.shapes["times"][0]
+        while (
+            solved.status is Status.SOLVED
+            and solved.kkt > FIRST["FIRST_SETTLED"]
+            and passes < FIRST["FIRST_PASSES"]
+        ):
+            if self._deadline.affordable(capacity) < len(window.times):
+                solved = replace(solved, status=Status.TIME_LIMIT)
+                break
+            self._slider.choose_points(window, 0)
+            window.stayed[...] = 0
+            solved, passes = self._one_pass(window), passes + 1
+        return replace(solved, iterations=passes)
 
     def _one_pass(self, window: View) -> Solved:
         """Make the linearised window's optimum the trajectory."""

@@ -34,7 +34,7 @@ class WindowSlider:
     ) -> None:
         self._model, self._config, self._memory, self._pass = model, config, memory, passes
 
-    def _choose_points(self, window: View, k: int) -> None:
+    def choose_points(self, window: View, k: int) -> None:
         """Choose what the next pass is linearised at: the first k stages keep their points."""
         step = max(k - 1, 0)  # the noise that leads to stage k goes with it
         window.x_lin[k:], window.w_lin[step:] = window.x[k:], window.w[step:]
@@ -64,7 +64,7 @@ class WindowSlider:
             if not place.is_late:
                 self._memory.view(memory, "inputs")[:] = y[self._model.n_y :]
         new = View.of(self._memory, memory, told=place.at)  # with its new prior
-        self._choose_points(new, stays)
+        self.choose_points(new, stays)
         new.stayed[...] = stays
         return memory, new
 

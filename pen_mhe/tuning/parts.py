@@ -68,6 +68,7 @@ class ScoredPart:
             recording,
             time_s=recording.time_s[kept],
             readings={name: values[kept] for name, values in recording.readings.items()},
+            arrivals={name: values[kept] for name, values in recording.arrivals.items()},
             truth=None,
         )
         return cls(until, float(low) + SETTLING_S, pen, model)

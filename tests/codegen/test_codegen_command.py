@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +59,22 @@ def test_lags(tmp_path: Path) -> None:
     assert "expected at most 7" in refused.stderr
     refused = call(tmp_path, *options[:2], "--estimator", "ekf", "--lag-samples", "8")
     assert "lag_samples" in refused.stderr
+
+
+@pytest.mark.usefixtures("unmeasured")
+def test_taking_late_readings_needs_room(tmp_path: Path) -> None:
+    """A state of a filter keeps what it goes back to; a window has it anyway."""
+    options = ("--sensors", "accel", "--estimator", "ekf", "--late-samples")
+    sizes = []
+    for samples in ("0", "7"):
+        assert call(tmp_path / samples, *options, samples).exit_code == 0
+        [size] = re.findall(r"memory\[2\]\[(\d+)\]", (tmp_path / samples / "pen.h").read_text())
+        sizes.append(int(size))
+    assert sizes[1] > 3 * sizes[0]
+    refused = call(tmp_path / "mhe", "--sensors", "accel", "--late-samples", "7")
+    assert "late_samples is not read by mhe-rti" in refused.stderr
+    refused = call(tmp_path / "mhe", *options, "-1")
+    assert "late_samples is -1, expected 0 or more" in refused.stderr
 
 
 @pytest.mark.usefixtures("unmeasured")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from estimation.estimator import run_measurements
 from estimation.kalman_stage import rows_present
 from estimation.recording import Measurement
 from estimation.status import Status
@@ -283,6 +284,45 @@ def test_lags_count_stages() -> None:
     assert [e.time_s for e in estimate.lagged] == [between(7), RUN.measurements[7].time_s]
     _, late = mhe.step(state, Measurement(RUN.measurements[2].time_s, RUN.measurements[7].y))
     assert late.lagged == ()
+
+
+def test_a_lag_speaks_of_an_instant_again_where_an_older_reading_comes() -> None:
+    """Both rows stay: the second knows more. Counted once it is the first."""
+    mhe = MheRti(MODEL, MheRtiConfig(horizon=6, lag_samples=2))
+    late = Measurement(between(6), RUN.measurements[7].y)
+    history = run_measurements(mhe, [*RUN.measurements[:10], late, *RUN.measurements[10:12]])
+    told = history.at_lag(2)
+    times = [m.time_s for m in RUN.measurements[:10]]
+    np.testing.assert_array_equal(told.time_s, [*times[:8], times[7], *times[8:10]])
+    assert (told.std[8] < told.std[7]).any()
+    once = told.first_told()
+    np.testing.assert_array_equal(once.time_s, times)
+    np.testing.assert_array_equal(once.mean[7], told.mean[7])
+
+
+@either_engine
+def test_first_readings_that_are_late_get_passes_until_they_settle() -> None:
+    """One from the prior is not near the optimum; the next late ones get one, as any sample."""
+    config, first = MheRtiConfig(horizon=6), np.arange(MODEL.n_y) < 3
+    clock = Ticking(1e-9)
+    mhe = MheRti(MODEL, replace(config, deadline_s=1.0), clock=clock)
+    state = mhe.init()
+    for m in RUN.measurements[:4]:
+        state, estimate = mhe.step(state, replace(m, y=np.where(first, np.nan, m.y)))
+        assert estimate.iterations == 1
+    late = Measurement(between(0), np.where(first, RUN.measurements[0].y, np.nan))
+    after, estimate = mhe.step(state, late)
+    assert estimate.status is Status.SOLVED
+    assert estimate.iterations > 2
+    assert estimate.kkt_residual < 1e-3
+    solved, _ = Mhe(MODEL, MheConfig(horizon=6)).step(state, late)
+    assert mean_error(MODEL, estimate.state.mean, window_of(mhe, solved).newest) < 1e-3
+    _, next_late = mhe.step(after, replace(late, time_s=between(1)))
+    assert next_late.iterations == 1
+    clock.tick = 0.2
+    _, hurried = mhe.step(state, late)
+    assert hurried.iterations < estimate.iterations
+    assert Status.TIME_LIMIT in hurried.status
 
 
 def demanding() -> StateSpaceModel:

@@ -47,6 +47,8 @@ def beside(
     """Estimates of a stream, and those of a run in order of capture of what had arrived by then.
 
     The second goes on with what is older than any that may come, and from there through the rest.
+    Where a frame is late it makes one more pass, as the first has made one with the newest sample
+    before and one now: on a stroke of the real pen a sample's first pass leaves 0.11 deviations.
     """
     mhe, other = (
         real_time(estimator, model, config_for(estimator, horizon=26, **settings)) for _ in range(2)
@@ -55,6 +57,7 @@ def beside(
     waiting, newest_s = list[Measurement](), -np.inf
     for measurement in stream:
         state, estimate = mhe.step(state, measurement)
+        is_late = measurement.time_s < newest_s
         newest_s = max(newest_s, measurement.time_s)
         waiting = sorted([*waiting, measurement], key=lambda m: m.time_s)
         while waiting[0].time_s < newest_s - LONGEST_S:
@@ -62,18 +65,19 @@ def beside(
         at, wanted = settled, estimate
         for m in waiting:
             at, wanted = other.step(at, m)
+        if is_late:
+            before = max(m.time_s for m in waiting if m.time_s < newest_s)
+            _, wanted = other.step(at, Measurement(before, np.full(model.n_row, np.nan)))
         yield estimate, wanted
 
 
 def farthest(
     estimator: str, model: StateSpaceModel, stream: list[Measurement], **settings: Any
 ) -> float:
-    """How far both are from each other at most, from half a second after the start on."""
-    begin_s = min(m.time_s for m in stream) + 0.5
+    """How far both are from each other at most, the first estimate with a frame included."""
     return max(
         mean_error(model, one.state.mean, other.state)
         for one, other in beside(estimator, model, stream, **settings)
-        if one.time_s > begin_s
     )
 
 
