@@ -23,7 +23,6 @@ from models.pen_file import load_pen, pen_paths
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 
 if TYPE_CHECKING:
-    from pen_mhe.run_result import EstimateRun
     from recordings.thinning import CameraThinning
 
 EstimatorName = StrEnum("EstimatorName", {name: name for name in ESTIMATORS})  # type: ignore[misc]
@@ -91,10 +90,7 @@ def estimate(
     was told later than the instant it speaks of, arrival_s too.
     """
     # Tables and figures are slow to import: only where a command needs them.
-    from pen_mhe.estimate_run import estimate_recording
-    from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
-    from recordings.formats.tables import check_output, write_table
-    from recordings.read import read_written
+    from pen_mhe.estimate_file import estimate_file
 
     with one_sentence():
         check_options(estimator.value, settings)
@@ -102,37 +98,24 @@ def estimate(
             [written.output, written.figure],
             {"the recording": [source.recording], "the pen file": pen_paths(source.pen)},
         )
-        check_output(written.output)
-        if written.figure is not None:
-            check_output(written.figure, FIGURE_SUFFIXES)
-        pen = load_pen(source.pen)
-        loaded = read_written(source.recording, pen, units=read_units(source.units))
-        thinning = part.thinning()
-        with progress(estimator.value) as start, not_swallowed():
-            result = estimate_recording(
-                loaded,
-                pen,
+        with not_swallowed():
+            summary = estimate_file(
+                source.recording,
+                load_pen(source.pen),
+                written.output,
+                figure=written.figure,
+                units=read_units(source.units),
+                reporting=progress,
                 estimator=estimator.value,
                 settings=settings,
                 sensors=names(source.sensors),
-                thinning=thinning,
+                thinning=part.thinning(),
                 duration_s=part.duration,
-                on_start=start,
                 writing_area=source.writing_area,
                 rest=source.rest,
                 smooth=part.smooth,
                 causal=part.causal,
             )
-        write_table(result.output.to_pandas(), written.output)
-        if written.figure is not None:
-            save(
-                estimate_figure(result.output, result.ink, truth=result.used.truth), written.figure
-            )
-        _report(result, written.output)
-
-
-def _report(result: EstimateRun, output: Path) -> None:
-    samples = f"{len(result.output)} samples, {len(result.history)} steps"
-    console.print(f"{samples}, written to {output}")
-    for sentence in result.sentences():
-        console.print(sentence)
+        console.print(f"{summary.size}, written to {written.output}")
+        for sentence in summary.sentences():
+            console.print(sentence)

@@ -13,7 +13,7 @@ import numpy as np
 
 from estimation.arrivals import arrival_of, has_reading
 from estimation.recording import Recording
-from estimation.recording_parts import joined
+from estimation.recording_parts import joined, some_rows
 from estimation.stacking import (
     ConstantReadings,
     check_sensors,
@@ -37,28 +37,33 @@ class Stacked:
         return len(self.time_s)
 
 
+def no_rows(model: StateSpaceModel) -> Stacked:
+    """Return none of a model's rows."""
+    return Stacked(np.zeros(0), np.zeros((0, model.n_row)), np.zeros(0))
+
+
 class InOrderOfCapture:
     """Rows by their capture, of a model without inputs; see `Recording.stacked`."""
 
     def __init__(self, model: StateSpaceModel) -> None:
-        self._model, self._constants = model, ConstantReadings(model)
+        self.model, self._constants = model, ConstantReadings(model)
 
     def take(self, part: Recording) -> Stacked:
         """Return the rows of the next part."""
-        check_sensors(part, self._model)
-        time_s, y = in_order_of_capture(part, self._model, constants=self._constants)
+        check_sensors(part, self.model)
+        time_s, y = in_order_of_capture(part, self.model, constants=self._constants)
         return Stacked(time_s, y, time_s)
 
     def end(self) -> Stacked:
         """Return the rows behind the last part: none."""
-        return _no_rows(self._model)
+        return no_rows(self.model)
 
 
 class InOrderOfArrival:
     """Rows as they arrive, of a model without inputs; see `Recording.as_arrived`."""
 
     def __init__(self, model: StateSpaceModel) -> None:
-        self._model, self._constants = model, ConstantReadings(model)
+        self.model, self._constants = model, ConstantReadings(model)
         self._waiting: Recording | None = None
 
     def take(self, part: Recording) -> Stacked:
@@ -69,27 +74,23 @@ class InOrderOfArrival:
         InputError
             If more instants than `models.limits.LIMITS` allows wait for their arrival.
         """
-        check_sensors(part, self._model)
+        check_sensors(part, self.model)
         known = part if self._waiting is None else joined([self._waiting, part])
         return self._arrived(known, float(part.time_s[-1]))
 
     def end(self) -> Stacked:
         """Return the rows that arrive after the last instant."""
         if self._waiting is None:
-            return _no_rows(self._model)
+            return no_rows(self.model)
         return self._arrived(self._waiting, np.inf)
 
     def _arrived(self, known: Recording, until_s: float) -> Stacked:
-        rows = in_order_of_arrival(known, self._model, until_s=until_s, constants=self._constants)
-        self._waiting = _later(known, self._model, until_s)
+        rows = in_order_of_arrival(known, self.model, until_s=until_s, constants=self._constants)
+        self._waiting = _later(known, self.model, until_s)
         if self._waiting is not None:
             waiting = len(self._waiting.time_s)
             check_most("waiting_rows", waiting, f"recording {known.name}")
         return Stacked(*rows)
-
-
-def _no_rows(model: StateSpaceModel) -> Stacked:
-    return Stacked(np.zeros(0), np.zeros((0, model.n_row)), np.zeros(0))
 
 
 def _later(known: Recording, model: StateSpaceModel, until_s: float) -> Recording | None:
@@ -103,10 +104,4 @@ def _later(known: Recording, model: StateSpaceModel, until_s: float) -> Recordin
             waits |= late & has_reading(values)
     if not waits.any():
         return None
-    return dataclasses.replace(
-        known,
-        time_s=known.time_s[waits],
-        readings={name: values[waits] for name, values in readings.items()},
-        truth=None,
-        arrivals={name: values[waits] for name, values in known.arrivals.items()},
-    )
+    return some_rows(dataclasses.replace(known, readings=readings, truth=None), waits)

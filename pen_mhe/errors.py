@@ -67,7 +67,7 @@ def root_mean_square(
     """
     squared = squared_errors(names, errors, columns)
     means = {column: float(known.mean()) for column, known in squared.items() if len(known)}
-    return roots_of(means, columns)
+    return {column: rms_of(mean, columns[column][1]) for column, mean in means.items()}
 
 
 def squared_errors(
@@ -83,11 +83,9 @@ def squared_errors(
     return found
 
 
-def roots_of(
-    means: Mapping[str, float], columns: Mapping[str, tuple[tuple[str, ...], float]]
-) -> dict[str, float]:
-    """Return the RMS errors, in the units of the columns, of mean squared ones in SI."""
-    return {column: float(np.sqrt(mean) * columns[column][1]) for column, mean in means.items()}
+def rms_of(mean_square: float, factor: float) -> float:
+    """Return an RMS error in the unit of a column, by its factor, of the mean square in SI."""
+    return float(np.sqrt(mean_square) * factor)
 
 
 def known_columns(

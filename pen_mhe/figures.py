@@ -17,7 +17,6 @@ from estimation.output_file import write_whole
 from estimation.recording import Truth
 from recordings.ink import InkMatch
 
-FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
 ANGLES = (("azimuth_rad", "azimuth"), ("elevation_rad", "elevation"), ("spin_rad", "spin"))
 TRUTH_STYLE: dict[str, Any] = {"color": "black", "linewidth": 1.0, "label": "truth"}
 
@@ -31,9 +30,18 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def estimate_figure(
-    history: EstimateHistory, ink: InkMatch | None = None, *, truth: Truth | None = None
+    history: EstimateHistory,
+    ink: InkMatch | None = None,
+    *,
+    truth: Truth | None = None,
+    samples: int | None = None,
 ) -> Figure:
-    """Draw the tip's path (over the ink, where there is a scan), the angles and the step times."""
+    """Draw the tip's path (over the ink, where there is a scan), the angles and the step times.
+
+    Parameters
+    ----------
+    samples : of the run, where the history has only some of them, evenly spread
+    """
     angles = [pair for pair in ANGLES if pair[0] in history.names]
     figure = new_figure(11, 6.5)
     grid = figure.add_gridspec(len(angles) + 1, 2, width_ratios=(3, 2))
@@ -48,7 +56,8 @@ def estimate_figure(
     steps.semilogy(history.time_s, history.step_time_s * 1e3, ".", markersize=2)
     steps.set_xlabel("time / s")
     steps.set_ylabel("step / ms")
-    figure.suptitle(f"{history.estimator}: {len(history)} samples", fontsize=11)
+    drawn = f", {len(history)} of them drawn" if samples not in (None, len(history)) else ""
+    figure.suptitle(f"{history.estimator}: {samples or len(history)} samples{drawn}", fontsize=11)
     return figure
 
 
