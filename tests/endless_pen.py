@@ -1,8 +1,8 @@
-"""A pen that moves along the same loop for ever: its recording in as many parts as wanted."""
+"""A pen that moves from point to point for ever: its recording in as many parts as wanted."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import count, islice
 from pathlib import Path
 
@@ -24,92 +24,83 @@ from models.units import TIME_DIGITS
 from recordings.formats.table_writer import TableWriter
 from recordings.formats.tables import recording_to_table
 
-LOOP_S = 4.0
+PART_S = 100.0
 """A whole number of every sensor's periods."""
-LOOPS_PER_PART = 25
-LOOP = MinimumJerk(
-    description="a loop on the paper, with a lift, that ends where it began",
-    time_s=(0.0, 0.8, 1.6, 2.4, 3.2, 4.0),
-    tip_m=(
-        *((0.0, 0.0, 0.0), (0.03, 0.002, 0.0), (0.028, -0.03, 0.0)),
-        *((0.0, -0.028, 0.004), (0.0, 0.01, 0.0), (0.0, 0.0, 0.0)),
-    ),
-    angles_rad=(
-        *((-0.5, 0.9, 0.2), (-0.3, 1.0, 0.3), (-0.5, 0.8, 0.0)),
-        *((-0.7, 0.9, 0.2), (-0.4, 1.0, 0.4), (-0.5, 0.9, 0.2)),
-    ),
-)
+HOME = np.array([0.0, 0.0, 0.0, -0.5, 0.9, 0.2])
+"""Tip, m, and angles, rad, at which each part begins and ends."""
+REACH = np.array([0.03, 0.03, 0.003, 0.3, 0.2, 0.3])
+SHORTEST_S, LONGEST_S = 0.4, 1.2
+"""Of the way from a point to the next."""
 
 
 class EndlessPen:
-    """Sensors of a pen along `LOOP`, again and again, with biases that stay.
+    """Sensors of a pen on its way between random points, with biases that stay.
 
     Parameters
     ----------
     sensors : names of the pen's sensors
-    seed : of biases and noise
+    seed : of motion, biases and noise
     """
 
     def __init__(self, pen: PenConfig, sensors: Sequence[str], *, seed: int = 0) -> None:
         self.model, self._seed = pen_model(pen, sensors), seed
         prior, rng = self.model.prior, np.random.default_rng(seed)
-        at_start = prior.mean[: self.model.n_x] + prior.std * rng.standard_normal(len(prior.std))
+        at_start = prior.mean + prior.std * rng.standard_normal(len(prior.std))
         self._biases = dict(zip(self.model.state_names, at_start, strict=True))
 
-    def states(self, time_s: Array) -> Array:
-        """Return the true states (n, n_x) at instants."""
-        phase = np.round(time_s % LOOP_S, TIME_DIGITS) % LOOP_S
-        path = {**true_path(sample_motion(LOOP, phase))}
+    def parts(self) -> Iterator[Recording]:
+        """Yield recordings of `PART_S` without end, each with its truth."""
+        outputs = outputs_of(self.model)
+        times = {
+            name: at[at < PART_S - 1e-6] for name, at in sample_times(self.model, PART_S).items()
+        }
+        inside = union_of_times(times)
+        more = [i for i, name in enumerate(outputs.names) if name not in self.model.state_names]
+        names = (*self.model.state_names, *(outputs.names[i] for i in more))
+        for part in count():
+            rng, start_s = np.random.default_rng([self._seed, part]), part * PART_S
+            states = self._states(inside, rng)
+            values = np.hstack([states, outputs.function(states.T).full().T[:, more]])
+            readings = {
+                name: (
+                    np.round(start_s + at, TIME_DIGITS),
+                    self._read(name, states[np.searchsorted(inside, at)], rng),
+                )
+                for name, at in times.items()
+            }
+            truth = Truth(np.round(start_s + inside, TIME_DIGITS), names, values)
+            yield Recording.from_sensors("endless", readings, truth=truth)
+
+    def _states(self, time_s: Array, rng: np.random.Generator) -> Array:
+        """Return the true states (n, n_x) at instants of a part."""
+        steps = rng.uniform(SHORTEST_S, LONGEST_S, int(PART_S / SHORTEST_S))
+        at = np.cumsum(steps)
+        at = at[at < PART_S - SHORTEST_S]
+        points = HOME + REACH * rng.uniform(-1, 1, (len(at), 6))
+        knots = [HOME, *points, HOME]
+        way = MinimumJerk(
+            description="random points",
+            time_s=(0.0, *at, PART_S),
+            tip_m=[tuple(point[:3]) for point in knots],
+            angles_rad=[tuple(point[3:]) for point in knots],
+        )
+        path = true_path(sample_motion(way, time_s))
         columns = [
-            path[name] if name in path else np.full(len(phase), self._biases[name])
+            path[name] if name in path else np.full(len(time_s), self._biases[name])
             for name in self.model.state_names
         ]
         return np.column_stack(columns)
 
-    def parts(self) -> Iterator[Recording]:
-        """Yield recordings of `LOOPS_PER_PART` loops without end, each with its truth."""
-        outputs, loop = outputs_of(self.model), _of_loop(sample_times(self.model, LOOP_S))
-        inside = union_of_times(loop)
-        states = self.states(inside)
-        more = [i for i, name in enumerate(outputs.names) if name not in self.model.state_names]
-        values = np.hstack([states, outputs.function(states.T).full().T[:, more]])
-        names = (*self.model.state_names, *(outputs.names[i] for i in more))
-        clean = {
-            name: np.column_stack([np.asarray(self.model.sensor(name).h(x)) for x in rows]).T
-            for name, times in loop.items()
-            if len(rows := states[np.searchsorted(inside, times)])
-        }
-        starts = LOOP_S * np.arange(LOOPS_PER_PART)
-        for part in count():
-            rng = np.random.default_rng([self._seed, part])
-            of_part = LOOPS_PER_PART * LOOP_S * part + starts
-            yield Recording.from_sensors(
-                "endless",
-                {
-                    name: (_repeated(of_part, times), self._read(name, clean[name], rng))
-                    for name, times in loop.items()
-                },
-                truth=Truth(_repeated(of_part, inside), names, np.tile(values, (len(starts), 1))),
-            )
-
-    def _read(self, name: str, clean: Array, rng: np.random.Generator) -> Array:
-        """Return noisy readings (n, n_y) of a part's loops; a camera's noise turns about it."""
-        sensor, rows = self.model.sensor(name), np.tile(clean, (LOOPS_PER_PART, 1))
-        noise = sensor.drawn_std * rng.standard_normal((len(rows), sensor.n_r))
-        noisy = rows + noise
+    def _read(self, name: str, states: Array, rng: np.random.Generator) -> Array:
+        """Return noisy readings (n, n_y); a camera's noise turns about its target."""
+        sensor = self.model.sensor(name)
+        clean = sensor.h(states.T).full().T
+        noise = sensor.drawn_std * rng.standard_normal((len(clean), sensor.n_r))
+        noisy = clean + noise
         if sensor.sees_pose:
-            turned = Rotation.from_rotvec(rows[:, 3:]) * Rotation.from_rotvec(noise[:, 3:])
+            turned = Rotation.from_rotvec(clean[:, 3:]) * Rotation.from_rotvec(noise[:, 3:])
             noisy[:, 3:] = turned.as_rotvec()
         return digitised(sensor, noisy)
-
-
-def _of_loop(times: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the instants of one loop, without those of the next."""
-    return {name: at[at < LOOP_S - 1e-6] for name, at in times.items()}
-
-
-def _repeated(starts: Array, times: Array) -> Array:
-    return np.round(np.add.outer(starts, times).ravel(), TIME_DIGITS)
 
 
 def write_endless(path: Path, pen: PenConfig, sensors: Sequence[str], rows: int) -> None:
