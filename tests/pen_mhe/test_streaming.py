@@ -63,7 +63,7 @@ def without_times(sentences: list[str]) -> list[str]:
 
 def assert_same(path: Path, pen: PenConfig, **options: Any) -> None:
     """Compare the run of a file in parts with that of the whole file."""
-    options = {"estimator": "ekf", **options}
+    options: dict[str, Any] = {"estimator": "ekf", **options}
     output = path.with_name(f"estimate{path.suffix}")
     summary = estimate_file(path, pen, output, **options)
     whole = estimate_recording(read_written(path, pen), pen, **options)
@@ -79,11 +79,90 @@ def assert_same(path: Path, pen: PenConfig, **options: Any) -> None:
     assert (summary.nis, summary.nees) == (whole.nis, whole.nees)
 
 
-@pytest.mark.parametrize("run", RUNS)
-@pytest.mark.parametrize("rows", [1, 16])
+QUICK = {"first seconds, causal and thinned", "causal lag"}
+
+
+@pytest.mark.parametrize(
+    "run", [run if run in QUICK else pytest.param(run, marks=pytest.mark.slow) for run in RUNS]
+)
 def test_parts_are_the_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recorded: pd.DataFrame, run: str, rows: int
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recorded: pd.DataFrame, run: str
 ) -> None:
-    in_parts(monkeypatch, rows)
+    in_parts(monkeypatch, 16)
     write_table(recorded, tmp_path / "pen.csv")
     assert_same(tmp_path / "pen.csv", PEN, **RUNS[run])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("run", RUNS)
+def test_single_rows_are_the_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recorded: pd.DataFrame, run: str
+) -> None:
+    in_parts(monkeypatch, 1)
+    write_table(recorded, tmp_path / "pen.parquet")
+    assert_same(tmp_path / "pen.parquet", PEN, **RUNS[run])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("estimator", ["mhe", "mhe-sparse", "mhe-ipopt"])
+def test_every_engine_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recorded: pd.DataFrame, estimator: str
+) -> None:
+    """An estimator that steps keeps its state from part to part, as one that takes batches."""
+    in_parts(monkeypatch, 4)
+    write_table(recorded.iloc[:12], tmp_path / "pen.csv")
+    assert_same(tmp_path / "pen.csv", PEN, estimator=estimator, settings={"horizon": 3})
+
+
+@pytest.mark.slow
+def test_a_truth_with_a_gap(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recorded: pd.DataFrame
+) -> None:
+    in_parts(monkeypatch, 16)
+    gapped = recorded.copy()
+    gapped.loc[30, "true_tip_x_m"] = np.nan
+    write_table(gapped, tmp_path / "pen.csv")
+    assert_same(tmp_path / "pen.csv", PEN)
+
+
+@pytest.mark.slow
+def test_a_figure_draws_all_of_a_short_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recorded: pd.DataFrame
+) -> None:
+    drawn: list[dict[str, Any]] = []
+    monkeypatch.setattr("pen_mhe.figures.save", lambda *_: None)
+    monkeypatch.setattr(
+        "pen_mhe.figures.estimate_figure",
+        lambda history, **more: drawn.append({"history": history, **more}),
+    )
+    in_parts(monkeypatch, 16)
+    write_table(recorded, tmp_path / "pen.csv")
+    figure = tmp_path / "run.png"
+    estimate_file(tmp_path / "pen.csv", PEN, tmp_path / "o.csv", figure=figure, estimator="ekf")
+    whole = estimate_recording(read_written(tmp_path / "pen.csv", PEN), PEN, estimator="ekf")
+    assert whole.used.truth is not None
+    np.testing.assert_array_equal(drawn[0]["history"].mean, whole.output.mean)
+    np.testing.assert_array_equal(drawn[0]["truth"].values, whole.used.truth.values)
+    assert drawn[0]["samples"] == len(whole.output)
+
+
+def test_what_is_smoothed_is_limited(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recorded: pd.DataFrame
+) -> None:
+    write_table(recorded, tmp_path / "pen.csv")
+    monkeypatch.setenv("PEN_MHE_MOST_SMOOTHED_ROWS", "50")
+    with pytest.raises(InputError, match="instants to smooth, which keeps the whole run, expected"):
+        estimate_file(tmp_path / "pen.csv", PEN, tmp_path / "o.csv", estimator="ekf", smooth=True)
+    assert not (tmp_path / "o.csv").exists()
+
+
+def test_readings_that_never_arrive_are_limited(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recorded: pd.DataFrame
+) -> None:
+    in_parts(monkeypatch, 16)
+    monkeypatch.setenv("PEN_MHE_MOST_WAITING_ROWS", "5")
+    late = recorded.assign(camera_arrival_s=recorded["camera_arrival_s"] + 1e6)
+    write_table(late, tmp_path / "pen.csv")
+    with pytest.raises(InputError, match="readings have not arrived yet, expected at most 5"):
+        estimate_file(tmp_path / "pen.csv", PEN, tmp_path / "o.csv", estimator="ekf", causal=True)
+    assert not list(tmp_path.glob("*o.csv*"))
