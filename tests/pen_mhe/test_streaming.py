@@ -7,9 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 
+from models.errors import InputError
 from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from pen_mhe.estimate_file import estimate_file
