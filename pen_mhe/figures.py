@@ -15,6 +15,7 @@ from estimation.estimate import EstimateHistory
 from estimation.history_plot import new_figure
 from estimation.output_file import write_whole
 from estimation.recording import Truth
+from estimation.watch.shades import shade
 from recordings.ink import InkMatch
 
 FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
@@ -33,7 +34,10 @@ def save(figure: Figure, path: Path) -> None:
 def estimate_figure(
     history: EstimateHistory, ink: InkMatch | None = None, *, truth: Truth | None = None
 ) -> Figure:
-    """Draw the tip's path (over the ink, where there is a scan), the angles and the step times."""
+    """Draw the tip's path (over the ink, where there is a scan), the angles and the step times.
+
+    Spans in which a watched run was lost or flagged a sensor are shaded.
+    """
     angles = [pair for pair in ANGLES if pair[0] in history.names]
     figure = new_figure(11, 6.5)
     grid = figure.add_gridspec(len(angles) + 1, 2, width_ratios=(3, 2))
@@ -42,12 +46,16 @@ def estimate_figure(
     for row, (state, label) in enumerate(angles):
         axes = figure.add_subplot(grid[row, 1])
         _draw_angle(axes, history, state, truth)
+        shade(axes, [history])
         axes.set_ylabel(f"{label} / °")
         axes.tick_params(labelbottom=False)
     steps = figure.add_subplot(grid[len(angles), 1])
     steps.semilogy(history.time_s, history.step_time_s * 1e3, ".", markersize=2)
+    shade(steps, [history])
     steps.set_xlabel("time / s")
     steps.set_ylabel("step / ms")
+    if handles := steps.get_legend_handles_labels()[0]:
+        steps.legend(handles=handles, loc="upper right", fontsize=8)
     figure.suptitle(f"{history.estimator}: {len(history)} samples", fontsize=11)
     return figure
 

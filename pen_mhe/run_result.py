@@ -12,6 +12,7 @@ from estimation.consistency import Consistency
 from estimation.history import EstimateHistory
 from estimation.information_bound import OBSERVABLE_FRACTION
 from estimation.recording import Recording
+from estimation.watch.words import watch_sentences
 from models.state_space import StateSpaceModel
 from recordings.ink import InkMatch
 from recordings.thinning import LeftOutError
@@ -98,6 +99,7 @@ class EstimateRun:
             f"{remarks.count(status)} × {status.label}: {status.sentence}"
             for status in dict.fromkeys(remarks)
         ]
+        said += watch_sentences(history)
         median, p99 = np.median(steps_ms), np.quantile(steps_ms, 0.99)
         said.append(f"step time: median {median:.3g} ms, p99 {p99:.3g} ms")
         said += self._delay_sentences()
