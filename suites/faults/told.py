@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimation.history import EstimateHistory
 from estimation.status import Status
+from estimation.watch.flags import Flag, Flags
 from models.arrays import Array
-
-FLAGS: Mapping[int, str] = MappingProxyType(
-    {1: "stuck", 2: "outlier", 4: "inconsistent", 8: "left_out"}
-)
-"""Bit of a flag → its word."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,22 +26,19 @@ class Told:
     """
 
     status: NDArray[np.int64]
-    flagged: NDArray[np.uint8]
+    flagged: Flags
     sensor_names: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, history: EstimateHistory) -> Told:
         """Return what a history says."""
         status = np.array([each.value for each in history.status], dtype=np.int64)
-        flagged = getattr(history, "flagged", None)
-        if flagged is None or not np.size(flagged):
-            return cls(status, np.zeros((len(status), 0), dtype=np.uint8))
-        return cls(status, np.asarray(flagged), tuple(getattr(history, "sensor_names", ())))
+        return cls(status, history.flagged, history.sensor_names)
 
     def more_than(self, other: Told) -> Told:
         """Return what is said here that another never says."""
         never = ~np.bitwise_or.reduce(other.status, initial=0)
-        unflagged = ~np.bitwise_or.reduce(other.flagged, axis=0, initial=0)
+        unflagged = ~np.bitwise_or.reduce(other.flagged, axis=0)
         return Told(self.status & never, self.flagged & unflagged, self.sensor_names)
 
     @property
@@ -61,7 +52,7 @@ class Told:
         return np.asarray((self.flagged != 0).any(axis=1))
 
     def words(self, lasting_s: Array) -> str:
-        """Return the words with how long each was said: ``no_reading 2 s, accel 1 0.5 s``.
+        """Return the words with how long each was said: ``no_reading 2 s, accel:stuck 0.5 s``.
 
         Parameters
         ----------
@@ -71,6 +62,6 @@ class Told:
         for member in Status:
             said[(member.name or "").lower()] = lasting_s[(self.status & member.value) != 0].sum()
         for name, bits in zip(self.sensor_names, self.flagged.T, strict=True):
-            for bit, word in FLAGS.items():
-                said[f"{name}:{word}"] = lasting_s[(bits & bit) != 0].sum()
+            for flag in Flag:
+                said[f"{name}:{flag.word}"] = lasting_s[(bits & flag) != 0].sum()
         return ", ".join(f"{word} {time:.2g} s" for word, time in said.most_common() if time > 0)
