@@ -26,7 +26,7 @@ import numpy as np
 
 from estimation.estimator import BatchEstimator, Estimator, run_measurements
 from estimation.history import EstimateHistory
-from estimation.recording import Measurement, Recording
+from estimation.recording import Measurement
 from pen_mhe.estimators import create_estimator
 from suites.faults.inject import injected
 from suites.faults.protocol import (
@@ -117,7 +117,7 @@ class Bench:
         self.estimator = wrap(create_estimator(estimator, self.model, **settings))
         self.judged = judged_quantities(self.model)
         self._clean: dict[tuple[int, float], Errors] = {}
-        self._recording: tuple[tuple[int, float], Recording] | None = None
+        self._streams: dict[tuple[int, float], Stream] = {}
 
     def score(self, fault: Fault, seed: int) -> Score:
         """Return the score of one run; an exception is a score too."""
@@ -132,13 +132,20 @@ class Bench:
         """Return the errors of the fault-free run."""
         key = (seed, duration_s)
         if key not in self._clean:
-            self._clean[key] = self._errors(Stream.of(self._recorded(*key)), seed)
+            self._clean[key] = self._errors(self.stream(*key), seed)
         return self._clean[key]
 
     def errors(self, fault: Fault, seed: int) -> Errors:
         """Return the errors of a run with a fault."""
-        recording = self._recorded(seed, fault.duration_s)
-        return self._errors(injected(fault, recording, self.model, seed), seed)
+        clean = self.stream(seed, fault.duration_s)
+        return self._errors(injected(fault, clean, self.model, seed), seed)
+
+    def stream(self, seed: int, duration_s: float) -> Stream:
+        """Return the rows of the fault-free recording."""
+        key = (seed, duration_s)
+        if key not in self._streams:
+            self._streams[key] = Stream.of(recorded(self.sensors, seed, duration_s))
+        return self._streams[key]
 
     def history(self, stream: Stream) -> EstimateHistory:
         """Return what the estimator makes of rows, in compiled batches where it has them."""
@@ -151,12 +158,6 @@ class Bench:
     def _errors(self, stream: Stream, seed: int) -> Errors:
         history = self.history(stream)
         return Errors.of(history, self.judged, true_motion(seed, history.time_s))
-
-    def _recorded(self, seed: int, duration_s: float) -> Recording:
-        key = (seed, duration_s)
-        if self._recording is None or self._recording[0] != key:
-            self._recording = (key, recorded(self.sensors, seed, duration_s))
-        return self._recording[1]
 
 
 @lru_cache(maxsize=32)

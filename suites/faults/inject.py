@@ -9,7 +9,6 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from estimation.recording import Recording
 from models.arrays import Array
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
@@ -44,7 +43,7 @@ class _Hit:
         return stream(seed_sequence(self.seed), f"{self.fault.key} of {purpose}")
 
 
-def injected(fault: Fault, recording: Recording, model: StateSpaceModel, seed: int) -> Stream:
+def injected(fault: Fault, clean: Stream, model: StateSpaceModel, seed: int) -> Stream:
     """Return the rows of a fault-free recording as a fault leaves them.
 
     Parameters
@@ -53,7 +52,7 @@ def injected(fault: Fault, recording: Recording, model: StateSpaceModel, seed: i
     """
     of = targets_of(model, fault.of)
     assert of, f"{fault.key}: {model.name} has no {fault.of}"
-    given = _Hit(Stream.of(recording), fault, model, of, seed)
+    given = _Hit(clean, fault, model, of, seed)
     return INJECTIONS[fault.does](given)
 
 

@@ -31,7 +31,7 @@ from models.parsed import toml_data
 from models.state_space import StateSpaceModel
 from suites.faults.cells import Bench, bench_of
 from suites.faults.inject import injected
-from suites.faults.protocol import SENSORS, faults_for, recorded
+from suites.faults.protocol import SENSORS, faults_for
 from suites.faults.scoring import SILENT_S, WRONG_STDS
 from suites.faults.stream import Stream
 from suites.faults.table import Fault
@@ -129,8 +129,8 @@ def unnoticeable(fault: Fault, sensors: str, seed: int) -> Unnoticeable | None:
     """Return why a run's fault is unnoticeable; None where it is not, or changes stamps."""
     bench: Bench = bench_of(ESTIMATOR, sensors)
     model: StateSpaceModel = bench.model
-    recording = recorded(sensors, seed, fault.duration_s)
-    clean, hit = Stream.of(recording), injected(fault, recording, model, seed)
+    clean = bench.stream(seed, fault.duration_s)
+    hit = injected(fault, clean, model, seed)
     if not is_of_readings(fault, clean, hit):
         return None
     (time_s, y), (_, changed) = clean.stacked(model), hit.stacked(model)
