@@ -12,7 +12,7 @@ from estimation.estimate import Estimate
 from estimation.estimator import BatchEstimator
 from estimation.recording import Measurement
 from estimation.watch.hypotheses import Hypothesis
-from estimation.watch.livelier import Levels
+from estimation.watch.livelier import LEVELS, Levels
 from estimation.watch.past import Anchor, Past, Row, is_before
 from estimation.watch.reach import Reach
 from estimation.watch.statistics import Statistics
@@ -98,17 +98,19 @@ class Replays:
         *,
         reach: Reach,
         prior: GaussianState,
+        level: int,
         undropped: frozenset[int],
     ) -> Replayed | None:
         """Return what becomes of the rows since `start`; None where that is no start.
 
         Parameters
         ----------
+        level : at which `start` was found
         undropped : sensors whose outliers are taken
         """
         assert start.gaussian is not None
         estimator = self._levels[hypothesis.level]
-        known = self._changed(start.gaussian, hypothesis, reach, prior)
+        known = self._changed(start.gaussian, hypothesis, reach, prior, level)
         rows = past.since(start.number)
         try:
             first = inner = estimator.init(known)
@@ -132,17 +134,25 @@ class Replays:
             estimate.innovation.tolist(), estimate.innovation_covariance.tolist()
         )
         self._statistics.take(memory, z)
-        self._statistics.count_outliers(memory, far)
+        self._statistics.count_outliers(memory, far, self._statistics.outliers(memory, far))
         anchor = Anchor(start.number, first, start.time_s, known)
         score = self._score(memory, hypothesis.left_out)
         return Replayed(hypothesis, anchor, inner, estimate, np.array(memory), score)
 
     def _changed(
-        self, known: GaussianState, hypothesis: Hypothesis, reach: Reach, prior: GaussianState
+        self,
+        known: GaussianState,
+        hypothesis: Hypothesis,
+        reach: Reach,
+        prior: GaussianState,
+        level: int,
     ) -> GaussianState:
         if hypothesis.is_restart:
             known = reach.restarted(known, prior)
         P = known.covariance.copy()
+        if hypothesis.level > level:
+            wider = np.where(reach.moves, LEVELS[hypothesis.level] / LEVELS[level], 1.0)
+            P *= np.outer(wider, wider)
         for sensor in hypothesis.freed:
             for i in self._biases[sensor]:
                 P[i, i] += FREED**2 * prior.covariance[i, i]

@@ -16,7 +16,7 @@ Scalar recursions on one flat array, so that C says the same to the last bit.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,8 @@ Numbers = Sequence[float] | Array
 Flat = list[float] | Array
 """What is remembered: a flat array, or the same numbers as a list, which Python reads faster."""
 
+LIVELIER = 0.5
+"""Share of the largest clean energy that all inertial sensors have where a body moves more."""
 REPEATS_S = 0.5
 """Between two repeats that count together."""
 
@@ -164,13 +166,27 @@ class Statistics:
                 memory[energy] = b * memory[energy] + a * squared
             memory[at["samples"] + i] += 1.0
 
-    def count_outliers(self, memory: Flat, far: Numbers) -> None:
+    def outliers(self, memory: Numbers, far: Numbers) -> list[int]:
+        """Return the sensors whose sample is an outlier beside those before it.
+
+        A body that moves more than its model says is far off sample by sample: no outlier.
+        """
+        at, found = self._start, list[int]()
+        for sensor in self.sensors:
+            i = sensor.index
+            if far[i] > 1 and memory[at["samples"] + i] > 0:
+                energy = memory[at["energy"] + i] / sensor.limits.usual[len(WINDOWS_S)]
+                if far[i] > energy:
+                    found.append(i)
+        return found
+
+    def count_outliers(self, memory: Flat, far: Numbers, outliers: Container[int]) -> None:
         """Count the outliers in a row; `far` as of `distances`."""
         start = self._start["outliers"]
         for sensor in self.sensors:
             i = sensor.index
             if not math.isnan(far[i]):
-                memory[start + i] = memory[start + i] + 1.0 if far[i] > 1 else 0.0
+                memory[start + i] = memory[start + i] + 1.0 if i in outliers else 0.0
 
     def values(self, memory: Numbers) -> list[list[float]]:
         """Return `MEASURES` of each sensor, (n_sensors, 4); zero without a sample."""
@@ -199,6 +215,19 @@ class Statistics:
                 score = max(score, value / limit)
             scores[i] = score
         return scores
+
+    def is_livelier(self, memory: Numbers, sensors: Iterable[int]) -> bool:
+        """Whether all of some sensors have about as much energy as clean data ever had, or more."""
+        values, windows = self.values(memory), len(WINDOWS_S)
+        energies = [
+            max(
+                values[each.index][windows + w] / each.limits.usual[windows + w]
+                for w in range(windows)
+            )
+            for each in self.sensors
+            if each.index in sensors
+        ]
+        return bool(energies) and min(energies) > LIVELIER
 
     def forget(self, memory: Array, sensor: int) -> None:
         """Forget a sensor's samples, its repeats aside."""

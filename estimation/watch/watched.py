@@ -30,7 +30,7 @@ from estimation.watch.statistics import Flat, Statistics
 from models.arrays import Array
 from models.given_prior import Prior
 
-CALM_S = 0.4
+CALM_S = 0.15
 """From a start on nothing is judged so long."""
 QUIET_S = 0.3
 """So long no second alarm is followed."""
@@ -158,10 +158,9 @@ class Watched:
         skipped = dropped | state.left_out
         inner, estimate = estimator.step(state.inner, Measurement(t, without(y, skipped)))
         z, far = self._distances(estimate)
-        samples = self._statistics.layout.view(state.memory, "samples")
         outliers = frozenset[int]()
         if t >= state.calm_s:
-            outliers = frozenset(i for i, each in enumerate(far) if each > 1 and samples[i] > 0)
+            outliers = frozenset(self._statistics.outliers(state.memory, far))
         if outliers:
             given = without(y, skipped | outliers)
             inner, estimate = estimator.step(state.inner, Measurement(t, given))
@@ -169,11 +168,8 @@ class Watched:
                 if each.index in outliers:
                     for row in each.rows:
                         z[row] = np.nan
-        if t >= state.calm_s:
-            self._statistics.take(state.memory, z)
-            self._statistics.count_outliers(state.memory, far)
-        else:
-            samples[~np.isnan(far)] += 1
+        self._statistics.take(state.memory, z)
+        self._statistics.count_outliers(state.memory, far, outliers)
         return replace(state, inner=inner), estimate, outliers
 
     def _tried_again(
@@ -208,6 +204,7 @@ class Watched:
             hypothesis,
             reach=self._reach,
             prior=state.prior,
+            level=state.level,
             undropped=undropped,
         )
 
@@ -231,11 +228,13 @@ class Watched:
         start = self._replays.start(state.past, state.level, self.config.replay_s)
         may_free = [i for i in range(self._n) if t - state.freed_s[i] > FREED_AGAIN_S]
         began, tried = time.perf_counter(), 0
+        inertial = [i for i in self._causes.inertial if i not in state.left_out]
         tiers = self._causes.tiers(
             state.left_out,
             state.level,
             may_free=may_free,
             may_restart=self.config.on_lost == "restart",
+            is_livelier=state.level > 0 or self._statistics.is_livelier(state.memory, inertial),
         )
         for tier in tiers:
             tried += 1
@@ -467,7 +466,6 @@ class Watched:
         """Return how many rows need no look, and the statistics and what is known behind them."""
         assert state.time_s is not None
         statistics, newest, memory = self._statistics, state.time_s, state.memory.tolist()
-        first = statistics.layout.slices["samples"].start
         known, std = state.known.copy(), state.std
         v, S = history.innovation.tolist(), history.innovation_covariance.tolist()
         stds = history.std[:, self._reach.components]
@@ -482,10 +480,10 @@ class Watched:
             if not is_late and statistics.repeats(memory, t, row):
                 break
             z, far = statistics.distances(v[k], S[k])
-            if any(each > 1 and memory[first + i] > 0 for i, each in enumerate(far)):
+            if statistics.outliers(memory, far):
                 break
             statistics.take(memory, z)
-            statistics.count_outliers(memory, far)
+            statistics.count_outliers(memory, far, ())
             if max(statistics.scores(memory)) > 1 or self._may_calm(state, memory, t):
                 break
             if (known & is_beyond[k]).any():
