@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -60,7 +61,7 @@ class Replays:
     def __init__(self, model: StateSpaceModel, levels: Levels, statistics: Statistics) -> None:
         self._model, self._levels, self._statistics = model, levels, statistics
         ends = np.cumsum([0, *(sensor.n_y for sensor in model.sensors)])
-        self._columns = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self._columns = [slice(a, b) for a, b in itertools.pairwise(ends)]
         names = model.state_names
         self._biases = [[names.index(b) for b in sensor.bias_states] for sensor in model.sensors]
 

@@ -7,10 +7,11 @@ Per sensor and window, with a the weight of a sample:
     e ← (1 - a) e + a d²/n,                         energy score e
 
 |m|²/s is χ² with n degrees of freedom where z is white; e begins at zero, as nothing speaks against
-a sensor yet. A score is a statistic by its limit: above 1 is an alarm. Repeats are samples that equal the last, or the last but one, in all axes. They count
-as long as no `REPEATS_S` pass between two.
+a sensor yet. A score is a statistic by its limit: above 1 is an alarm. Repeats are samples that
+equal the last, or the last but one, in all axes. They count as long as no `REPEATS_S` pass between
+two.
 
-Scalar recursions on one flat array, so that C says the same to the last bit.
+Scalar recursions on one flat array, so that statistics.c says the same to the last bit.
 """
 
 from __future__ import annotations
@@ -18,10 +19,13 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from estimation.chosen import chosen
 from estimation.layout import Layout
+from estimation.watch.compiled import CompiledStatistics
 from estimation.watch.limits import MEASURES, WINDOWS_S, SensorLimits
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -36,6 +40,20 @@ REPEATS_S = 0.5
 """Between two repeats that count together."""
 
 
+class Calmer(NamedTuple):
+    """When a motion counts as calmer: after so long since an instant, with a factor on energies.
+
+    A factor of 0 is never.
+    """
+
+    since_s: float
+    after_s: float
+    factor: float
+
+
+NEVER_CALMER = Calmer(0.0, 0.0, 0.0)
+
+
 @dataclass(frozen=True)
 class Watchable:
     """A sensor that is watched.
@@ -43,11 +61,13 @@ class Watchable:
     Parameters
     ----------
     index : among those of the model
+    is_inertial : whether it feels how the body moves
     rows, columns : of the stacked residual and readings
     limits : see `estimation.watch.limits`
     """
 
     index: int
+    is_inertial: bool
     rows: range
     columns: range
     limits: SensorLimits
@@ -62,14 +82,15 @@ class Statistics:
     """
 
     def __init__(self, model: StateSpaceModel, limits: Sequence[SensorLimits | None]) -> None:
-        self.n_sensors = len(model.sensors)
+        self.model, self.windows, self.n_sensors = model, len(WINDOWS_S), len(model.sensors)
         self.sensors, row, column = list[Watchable](), 0, 0
         for index, (sensor, of_sensor) in enumerate(zip(model.sensors, limits, strict=True)):
             rows, columns = range(row, row + sensor.n_r), range(column, column + sensor.n_y)
             if of_sensor is not None:
-                self.sensors.append(Watchable(index, rows, columns, of_sensor))
+                feels = sensor.feels_gravity or sensor.reads_rate
+                self.sensors.append(Watchable(index, feels, rows, columns, of_sensor))
             row, column = rows.stop, columns.stop
-        n, windows = self.n_sensors, len(WINDOWS_S)
+        n, windows = self.n_sensors, self.windows
         self.layout = Layout(
             "Watch",
             {
@@ -86,6 +107,9 @@ class Statistics:
         )
         self._start = {name: part.start for name, part in self.layout.slices.items()}
         self._n_r = model.n_r
+        self._compiled = chosen(
+            lambda: CompiledStatistics(self, {"REPEATS_S": REPEATS_S}), lambda: None
+        )
 
     def first(self) -> Array:
         """Return what is remembered before any sample, (layout.size,)."""
@@ -228,6 +252,72 @@ class Statistics:
             if each.index in sensors
         ]
         return bool(energies) and min(energies) > LIVELIER
+
+    def clean(
+        self,
+        memory: Array,
+        newest_s: float,
+        time_s: Array,
+        y: Array,
+        v: Array,
+        S: Array,
+        calmer: Calmer = NEVER_CALMER,
+    ) -> int:
+        """Take instants into `memory` up to the first in which something stands out.
+
+        That is a sensor that is stuck, an outlier, a score above 1, or that all would be usual in a
+        calmer motion. Returns how many they are.
+
+        Parameters
+        ----------
+        newest_s : the newest instant before
+        time_s, y : (n,), (n, n_row)
+        v, S : (n, n_r), (n, n_r, n_r) of the estimates
+        """
+        if self._compiled is not None:
+            arrays = [np.ascontiguousarray(each) for each in (time_s, y, v, S)]
+            return self._compiled.clean(memory, newest_s, *arrays, calmer)
+        now = memory.tolist()
+        rows = zip(time_s.tolist(), y.tolist(), v.tolist(), S.tolist(), strict=True)
+        for k, (t, *row) in enumerate(rows):
+            before = now.copy()
+            if not self._is_clean(now, t < newest_s, t, *row) or (
+                calmer.factor > 0
+                and not t - calmer.since_s < calmer.after_s
+                and self.is_calm(now, calmer.factor)
+            ):
+                memory[:] = before
+                return k
+            newest_s = max(newest_s, t)
+        memory[:] = now
+        return len(time_s)
+
+    def _is_clean(
+        self,
+        memory: list[float],
+        is_late: bool,
+        t: float,
+        y: Numbers,
+        v: Numbers,
+        S: Sequence[Numbers],
+    ) -> bool:
+        if not is_late and self.repeats(memory, t, y):
+            return False
+        z, far = self.distances(v, S)
+        if self.outliers(memory, far):
+            return False
+        self.take(memory, z)
+        self.count_outliers(memory, far, ())
+        return not max(self.scores(memory)) > 1
+
+    def is_calm(self, memory: Numbers, factor: float) -> bool:
+        """Whether all inertial sensors would be usual, were their energy larger by a factor."""
+        values = self.values(memory)
+        return all(
+            factor * values[each.index][-1] <= each.limits.usual[-1]
+            for each in self.sensors
+            if each.is_inertial
+        )
 
     def forget(self, memory: Array, sensor: int) -> None:
         """Forget a sensor's samples, its repeats aside."""
