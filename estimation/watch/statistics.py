@@ -275,8 +275,7 @@ class Statistics:
         v, S : (n, n_r), (n, n_r, n_r) of the estimates
         """
         if self._compiled is not None:
-            arrays = [np.ascontiguousarray(each) for each in (time_s, y, v, S)]
-            return self._compiled.clean(memory, newest_s, *arrays, calmer)
+            return self._compiled.clean(memory, newest_s, time_s, y, v, S, calmer)
         now = memory.tolist()
         rows = zip(time_s.tolist(), y.tolist(), v.tolist(), S.tolist(), strict=True)
         for k, (t, *row) in enumerate(rows):
