@@ -24,6 +24,7 @@ from pen_mhe.errors import known_columns, root_mean_square, seen_only, state_err
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_filter, create_estimator
 from pen_mhe.run_result import EstimateRun
 from pen_mhe.sensor_verdict import judge
+from pen_mhe.watching import as_asked
 from recordings.ink import ink_match
 from recordings.read import read_written
 from recordings.thinning import CameraThinning, left_out_error, thinned
@@ -44,6 +45,8 @@ def estimate_recording(
     rest: bool = True,
     smooth: bool = False,
     causal: bool = False,
+    watch: bool | None = None,
+    on_lost: str | None = None,
 ) -> EstimateRun:
     """Estimate a recording and compare with whatever reference it brings.
 
@@ -61,6 +64,8 @@ def estimate_recording(
     smooth : go back over a filter's estimates, so that each knows the whole recording; output, ink
         and errors are those
     causal : see `estimation.estimator.run`; ``lag_samples`` are then the fastest sensor's
+    watch, on_lost : whether readings are tested and what is then done, see `pen_mhe.watching`;
+        by default it is watched, unless it is smoothed
 
     Raises
     ------
@@ -92,7 +97,7 @@ def estimate_recording(
     times, given = used.sensor(fastest)[0], dict(settings or {})
     if causal:
         lag, given = causal_lags(estimator, given, used, fastest)
-    built = create_estimator(estimator, model, **given)
+    built = as_asked(create_estimator(estimator, model, **given), watch, smooth, on_lost)
     keeps = smooth or _has_nees(model, used)
     steps = len(used.as_arrived(model)[0]) if causal else len(used.time_s)
     on_progress = on_start(steps) if on_start else None
@@ -140,6 +145,8 @@ def estimate(
     rest: bool = True,
     smooth: bool = False,
     causal: bool = False,
+    watch: bool | None = None,
+    on_lost: str | None = None,
     **settings: Any,
 ) -> EstimateRun:
     """Estimate a recording in one call, and judge it by whatever reference it brings.
@@ -153,7 +160,7 @@ def estimate(
     estimator : one of `pen_mhe.estimators.ESTIMATORS`
     units : of a file's columns, see `recordings.read.read_written`
     thinning, duration_s : see `estimate_recording`
-    writing_area, rest, smooth, causal : see `estimate_recording`
+    writing_area, rest, smooth, causal, watch, on_lost : see `estimate_recording`
     settings : of the estimator, see `pen_mhe.estimators.create_estimator`
 
     Raises
@@ -182,6 +189,8 @@ def estimate(
         rest=rest,
         smooth=smooth,
         causal=causal,
+        watch=watch,
+        on_lost=on_lost,
     )
 
 

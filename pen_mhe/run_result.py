@@ -12,6 +12,7 @@ import numpy as np
 from estimation.consistency import Consistency
 from estimation.history import EstimateHistory
 from estimation.recording import Recording
+from estimation.watch.words import watch_sentences
 from models.state_space import StateSpaceModel
 from pen_mhe.run_summary import RunSummary, bias_and_tilt
 from recordings.ink import InkMatch
@@ -89,6 +90,7 @@ class EstimateRun:
             zero_delay=self.zero_delay,
             delays_s=self.delays_s,
             bias_and_tilt=tuple(bias_and_tilt(self.model, history)),
+            watch=tuple(watch_sentences(history)),
             ink_mm=None if self.ink is None else self.ink.mean_distance_mm,
             is_causal=self.is_causal,
             lag_samples=self.lag_samples,

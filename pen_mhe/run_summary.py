@@ -30,6 +30,7 @@ class RunSummary:
     statuses : how many steps ended in each, in the order in which they came first
     median_step_s, p99_step_s : of the steps' times
     bias_and_tilt : what `bias_and_tilt` says of the last step
+    watch : what `estimation.watch.words.watch_sentences` says of the steps
     ink_mm : mean distance from the ink, where there is a scan
     """
 
@@ -47,6 +48,7 @@ class RunSummary:
     zero_delay: tuple[str, ...]
     delays_s: Mapping[str, float]
     bias_and_tilt: tuple[str, ...]
+    watch: tuple[str, ...] = ()
     ink_mm: float | None = None
     is_causal: bool = False
     lag_samples: int = 0
@@ -67,6 +69,7 @@ class RunSummary:
             for status, count in self.statuses.items()
             if status.label != "solved"
         ]
+        said += self.watch
         median, p99 = 1e3 * self.median_step_s, 1e3 * self.p99_step_s
         said.append(f"step time: median {median:.3g} ms, p99 {p99:.3g} ms")
         said += [*self._delay_sentences(), *self._lag_sentences(), *self._error_sentences()]

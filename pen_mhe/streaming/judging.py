@@ -10,6 +10,7 @@ from estimation.estimate import EstimateHistory
 from estimation.recording import Truth
 from estimation.status import Status
 from estimation.tallies import Mean, Quantiles
+from estimation.watch.words import WatchInParts
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import (
     ERROR_COLUMNS,
@@ -40,7 +41,7 @@ class Judging:
         self._model, self._true_names = model, true_names
         self._statuses: Counter[Status] = Counter()
         self._step_times = Quantiles()
-        self._nis = ConsistencyInParts()
+        self._nis, self._watch = ConsistencyInParts(), WatchInParts()
         self._bias_and_tilt: tuple[str, ...] = ()
         self.knows_states = set(model.state_names) <= set(true_names)
         cameras = [sensor for sensor in model.sensors if sensor.sees_pose]
@@ -60,6 +61,7 @@ class Judging:
         """Look at what the next steps say, at least one."""
         self._statuses.update(history.status)
         self._step_times.add(history.step_time_s)
+        self._watch.add(history)
         self._nis.add(*nis(history, self._model.measured_rows))
         self._bias_and_tilt = tuple(bias_and_tilt(self._model, history))
 
@@ -97,5 +99,6 @@ class Judging:
             nis=self._nis.result(),
             nees=self._nees.result(),
             bias_and_tilt=self._bias_and_tilt,
+            watch=tuple(self._watch.sentences()),
             **facts,
         )

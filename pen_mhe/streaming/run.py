@@ -27,6 +27,7 @@ from pen_mhe.streaming.plan import planned_as_arrived, planned_at_capture
 from pen_mhe.streaming.recent import Recent
 from pen_mhe.streaming.rows import stacked_parts
 from pen_mhe.streaming.survey import surveyed
+from pen_mhe.watching import as_asked
 from recordings.formats.table_stream import TableStream
 from recordings.parts import KeptFrames, UsedParts
 from recordings.thinning import CameraThinning, kept_of, thinned_camera
@@ -54,6 +55,8 @@ def estimate_stream(
     writing_area: bool = True,
     rest: bool = True,
     causal: bool = False,
+    watch: bool | None = None,
+    on_lost: str | None = None,
     drawn: Drawn | None = None,
     reporting: Reporting = silent,
 ) -> RunSummary:
@@ -88,7 +91,7 @@ def estimate_stream(
         plan = planned_as_arrived(survey, model, estimator, given, stream=stream, used=used)
     else:
         plan = planned_at_capture(survey, model, estimator, given)
-    built = create_estimator(estimator, model, **plan.settings)
+    built = as_asked(create_estimator(estimator, model, **plan.settings), watch, False, on_lost)
     judging = Judging(model, instants=survey.instants, true_names=stream.header.truth_names)
     recent, samples = Recent(survey.fastest), 0
     with reporting(estimator) as start:

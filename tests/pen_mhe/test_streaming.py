@@ -42,6 +42,7 @@ RUNS: Mapping[str, dict[str, Any]] = {
         "settings": {"horizon": 9, "lag_samples": 4},
     },
     "sensors": {"sensors": ["accel", "gyro"]},
+    "not watched": {"watch": False},
 }
 
 
