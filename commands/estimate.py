@@ -18,15 +18,16 @@ from commands.recording_options import RecordingOptions
 from commands.sentences import one_sentence
 from commands.setting_options import check_options, settings_group
 from estimation.apart import check_apart
+from estimation.watch.config import ON_LOST
 from models.errors import InputError
 from models.pen_file import load_pen, pen_paths
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
 
 if TYPE_CHECKING:
-    from pen_mhe.run_result import EstimateRun
     from recordings.thinning import CameraThinning
 
 EstimatorName = StrEnum("EstimatorName", {name: name for name in ESTIMATORS})  # type: ignore[misc]
+OnLostName = StrEnum("OnLostName", {name: name for name in ON_LOST})  # type: ignore[misc]
 DEFAULT = EstimatorName(DEFAULT_ESTIMATOR)
 
 
@@ -63,6 +64,24 @@ class UsedPart:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Watching:
+    """Whether readings are tested, and what is done where the estimate is lost."""
+
+    watch: Annotated[
+        bool | None,
+        typer.Option(
+            "--watch/--no-watch",
+            help="Test readings, leave out sensors that lie, start again where lost; by default, "
+            "unless --smooth.",
+        ),
+    ] = None
+    on_lost: Annotated[
+        OnLostName | None,
+        typer.Option(help="Start again from the prior, or only say so; restart by default."),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Written:
     """What is written."""
 
@@ -75,6 +94,7 @@ class Written:
     written=fields_group(Written),
     settings=settings_group(),
     part=fields_group(UsedPart),
+    watching=fields_group(Watching),
 )
 def estimate(
     source: Source,
@@ -83,18 +103,17 @@ def estimate(
     *,
     settings: dict[str, Any],
     part: UsedPart,
+    watching: Watching,
 ) -> None:
     """Estimate the motion of a pen from a recording.
 
     Writes one row per IMU sample: time_s, the states, their standard
-    deviations (…_std), status, iterations and step_time_s; where a row
-    was told later than the instant it speaks of, arrival_s too.
+    deviations (…_std), status, flagged (accel:stuck+camera:outlier),
+    iterations and step_time_s; where a row was told later than the instant
+    it speaks of, arrival_s too. Readings are tested (--no-watch does not).
     """
     # Tables and figures are slow to import: only where a command needs them.
-    from pen_mhe.estimate_run import estimate_recording
-    from pen_mhe.figures import FIGURE_SUFFIXES, estimate_figure, save
-    from recordings.formats.tables import check_output, write_table
-    from recordings.read import read_written
+    from pen_mhe.estimate_file import estimate_file
 
     with one_sentence():
         check_options(estimator.value, settings)
@@ -102,37 +121,26 @@ def estimate(
             [written.output, written.figure],
             {"the recording": [source.recording], "the pen file": pen_paths(source.pen)},
         )
-        check_output(written.output)
-        if written.figure is not None:
-            check_output(written.figure, FIGURE_SUFFIXES)
-        pen = load_pen(source.pen)
-        loaded = read_written(source.recording, pen, units=read_units(source.units))
-        thinning = part.thinning()
-        with progress(estimator.value) as start, not_swallowed():
-            result = estimate_recording(
-                loaded,
-                pen,
+        with not_swallowed():
+            summary = estimate_file(
+                source.recording,
+                load_pen(source.pen),
+                written.output,
+                figure=written.figure,
+                units=read_units(source.units),
+                reporting=progress,
                 estimator=estimator.value,
                 settings=settings,
                 sensors=names(source.sensors),
-                thinning=thinning,
+                thinning=part.thinning(),
                 duration_s=part.duration,
-                on_start=start,
                 writing_area=source.writing_area,
                 rest=source.rest,
                 smooth=part.smooth,
                 causal=part.causal,
+                watch=watching.watch,
+                on_lost=watching.on_lost and watching.on_lost.value,
             )
-        write_table(result.output.to_pandas(), written.output)
-        if written.figure is not None:
-            save(
-                estimate_figure(result.output, result.ink, truth=result.used.truth), written.figure
-            )
-        _report(result, written.output)
-
-
-def _report(result: EstimateRun, output: Path) -> None:
-    samples = f"{len(result.output)} samples, {len(result.history)} steps"
-    console.print(f"{samples}, written to {output}")
-    for sentence in result.sentences():
-        console.print(sentence)
+        console.print(f"{summary.size}, written to {written.output}")
+        for sentence in summary.sentences():
+            console.print(sentence)

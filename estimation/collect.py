@@ -6,6 +6,7 @@ rows take 6 kB, their standard deviations and squared innovations 0.3 kB.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -60,7 +61,12 @@ def collected(
     mean, P = (reader.layout.view(results, block) for block in ("mean", "covariance"))
     for block, rows in zip(("derived", "derived_std"), reader.derived.values(mean, P), strict=True):
         reader.layout.view(results, block)[:] = rows
-    return reader.history(estimator, results, covariances=covariances)
+    history = reader.history(estimator, results, covariances=covariances)
+    if not any(len(e.flagged) for e in estimates):
+        return history
+    sensor_names = tuple(sensor.name for sensor in model.sensors)
+    flagged = np.array([e.flagged for e in estimates])
+    return dataclasses.replace(history, sensor_names=sensor_names, flagged=flagged)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,5 +114,8 @@ class Batches:
                 if on_progress:
                     on_progress(len(results))
 
+        if covariances and len(time_s) <= BATCH_STEPS:  # whole as it is, and nearly all is kept
+            [history] = parts()
+            return after, history
         history = EstimateHistory.joined(parts(), len(time_s))
         return after, history

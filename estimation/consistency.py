@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from estimation.history import EstimateHistory
 from estimation.mahalanobis import squared_distances
+from estimation.tallies import Mean
 from estimation.true_error import true_errors
 from models.arrays import Array
 from models.errors import InputError
@@ -142,20 +143,59 @@ def consistency_of(squared: Array, freedom: Array | int) -> Consistency:
     InputError
         If no instant has a value.
     """
-    from scipy.stats import chi2  # 0.5 s to import
-
     known = ~np.isnan(squared)
     if not known.any():
         raise InputError("no instant to judge consistency by, expected at least one")
     d, dof = squared[known], np.broadcast_to(freedom, squared.shape)[known]
-    count, tail = len(d), (1 - PROBABILITY) / 2
-    total = float(dof.sum())
-    inside = (chi2.ppf(tail, dof) <= d) & (d <= chi2.ppf(1 - tail, dof))
+    return judged(float(d.mean()), float(dof.sum()), inside(d, dof), len(d))
+
+
+def inside(d: Array, dof: Array) -> int:
+    """Return how many distances (n,) lie in the two-sided region of their freedom (n,)."""
+    from scipy.stats import chi2  # 0.5 s to import
+
+    tail = (1 - PROBABILITY) / 2
+    each, which = np.unique(dof, return_inverse=True)
+    lower, upper = (np.asarray(chi2.ppf(part, each)) for part in (tail, 1 - tail))
+    return int(((lower[which] <= d) & (d <= upper[which])).sum())
+
+
+def judged(mean: float, total: float, inside: int, count: int) -> Consistency:
+    """Return a mean of distances beside what χ² expects of it.
+
+    Parameters
+    ----------
+    total : degrees of freedom of all instants together
+    inside : number of instants in their own region, of `count`
+    """
+    from scipy.stats import chi2
+
+    tail = (1 - PROBABILITY) / 2
     return Consistency(
-        mean=float(d.mean()),
+        mean=mean,
         expected=total / count,
         lower=float(chi2.ppf(tail, total)) / count,
         upper=float(chi2.ppf(1 - tail, total)) / count,
-        inside_fraction=float(inside.mean()),
+        inside_fraction=inside / count,
         count=count,
     )
+
+
+class ConsistencyInParts:
+    """`consistency_of` distances that come in parts."""
+
+    def __init__(self) -> None:
+        self._mean, self._total, self._inside = Mean(), 0.0, 0
+
+    def add(self, squared: Array, freedom: Array | int) -> None:
+        """Take more distances (n,), NaN where there is none."""
+        known = ~np.isnan(squared)
+        d, dof = squared[known], np.broadcast_to(freedom, squared.shape)[known]
+        self._mean.add(d)
+        self._total += float(dof.sum())
+        self._inside += inside(d, dof)
+
+    def result(self) -> Consistency | None:
+        """Return what χ² says of all; None where no instant has a value."""
+        count = self._mean.count
+        return judged(self._mean.value, self._total, self._inside, count) if count else None

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from estimation.history import EstimateHistory as EstimateHistory  # many take both from here
 from estimation.lagged import LaggedState
 from estimation.status import Status as Status
+from estimation.watch.flags import Flags, not_watched
 from models.arrays import Array
 from models.gaussian import GaussianState
 
@@ -44,6 +45,8 @@ class Estimate:
         `estimation.outputs`; None where the estimator leaves them to the history
     lagged : of earlier instants, where the estimator was asked for them (``lag_samples``) and the
         window is that long already
+    flagged : (n_sensors,) a bit mask of `estimation.watch.flags.Flag` for each of
+        ``model.sensors``; of none where nobody watched
     """
 
     time_s: float
@@ -59,3 +62,4 @@ class Estimate:
     derived: Array | None = None
     derived_std: Array | None = None
     lagged: tuple[LaggedState, ...] = ()
+    flagged: Flags = field(default_factory=not_watched)

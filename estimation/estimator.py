@@ -125,7 +125,21 @@ def run_measurements(
 
     They are taken in the order in which they come: that of their arrival.
     """
-    state = estimator.init(prior)
+    start = estimator.init(prior)
+    return stepped_through(
+        estimator, start, measurements, on_step=on_step, covariances=covariances
+    )[1]
+
+
+def stepped_through(
+    estimator: Estimator[StateT],
+    state: StateT,
+    measurements: Iterable[Measurement],
+    *,
+    on_step: Callable[[Estimate], None] | None = None,
+    covariances: bool = False,
+) -> tuple[StateT, EstimateHistory]:
+    """Step from a state through measurements; return the state behind them, and the history."""
     lags = estimator.lags if isinstance(estimator, LookingBack) else ()
     parts: list[EstimateHistory] = []
     estimates: list[Estimate] = []
@@ -158,7 +172,7 @@ def run_measurements(
             reduce()
     if estimates or not parts:
         reduce()
-    return EstimateHistory.joined(parts)
+    return state, EstimateHistory.joined(parts)
 
 
 def first_state(model: StateSpaceModel, prior: Prior | None) -> GaussianState:

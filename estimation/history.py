@@ -21,6 +21,7 @@ from estimation.named_columns import NamedColumns
 from estimation.output_file import whole_file
 from estimation.recording import Truth
 from estimation.status import Status, solved_fraction
+from estimation.watch.flags import Flags, labels, not_watched
 from models.arrays import Array
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
@@ -44,6 +45,7 @@ PER_STEP = (
     "kkt_residual",
     "reused_stages",
     "arrival_s",
+    "flagged",
 )
 """Arrays of a history with one entry per step."""
 
@@ -75,6 +77,8 @@ class EstimateHistory(NamedColumns, AtInstants, AtLag):
     lagged : lag in samples → what the steps said of the instant so long before, see `at_lag`
     arrival_s : (n,) when each row was told: nothing that it knows arrived later; `time_s` of the
         newest instant where readings are taken at their capture
+    sensor_names, flagged : (n_sensors,) of the model, (n, n_sensors) bit masks of
+        `estimation.watch.flags.Flag`; no sensor where nobody watched
     """
 
     estimator: str
@@ -100,6 +104,8 @@ class EstimateHistory(NamedColumns, AtInstants, AtLag):
     state_units: tuple[str, ...] = ()
     lagged: Mapping[int, LaggedEstimates] = field(default_factory=FrozenMapping)
     arrival_s: Array = field(default_factory=lambda: np.zeros(0))
+    sensor_names: tuple[str, ...] = ()
+    flagged: Flags = field(default_factory=not_watched)
 
     def __post_init__(self) -> None:
         if len(self.arrival_s) != len(self.time_s):
@@ -107,6 +113,8 @@ class EstimateHistory(NamedColumns, AtInstants, AtLag):
         if not self.derived_names:  # no column, and as many rows as steps
             for name in ("derived", "derived_std"):
                 object.__setattr__(self, name, np.zeros((len(self.time_s), 0)))
+        if not self.sensor_names:
+            object.__setattr__(self, "flagged", np.zeros((len(self.time_s), 0), np.uint8))
 
     @classmethod
     def joined(
@@ -209,7 +217,8 @@ class EstimateHistory(NamedColumns, AtInstants, AtLag):
     def to_pandas(self) -> pd.DataFrame:
         """Return a table: ``time_s``, `names`, ``<name>_std``, ``status``, ``step_time_s``.
 
-        Behind ``time_s`` stands ``arrival_s`` where that differs.
+        Behind ``time_s`` stands ``arrival_s`` where that differs, behind ``status`` stands
+        ``flagged`` of a run that was watched: ``accel:stuck+camera:outlier``.
         """
         import pandas as pd  # 0.3 s to import, which a live estimator has no use for
 
@@ -219,6 +228,8 @@ class EstimateHistory(NamedColumns, AtInstants, AtLag):
         table[list(self.names)] = self.values
         table[[f"{name}_std" for name in self.names]] = self.values_std
         table["status"] = [status.label for status in self.status]
+        if self.sensor_names:
+            table["flagged"] = labels(self.flagged, self.sensor_names)
         table["iterations"] = self.iterations.astype(int)
         table["step_time_s"] = self.step_time_s
         return table

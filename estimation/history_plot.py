@@ -11,6 +11,7 @@ import numpy as np
 from estimation.history_rows import first_rows
 from estimation.history_view import HistoryView
 from estimation.recording import Truth
+from estimation.watch.shades import shade
 from models.arrays import Array
 from models.errors import InputError
 from models.names import several, unknown
@@ -67,6 +68,8 @@ def plot_histories(
     truth: Truth | None = None,
 ) -> Figure:
     """Draw states of one or several histories with their ± 2 σ; returns the figure.
+
+    Where one of them was watched, spans in which it was lost or flagged a sensor are shaded.
 
     Parameters
     ----------
@@ -159,6 +162,7 @@ def _draw(
     if truth is not None and true is not None:
         panel.plot(truth.time_s, factor * true, label="truth", **TRUTH_STYLE)
     panel.set_ylabel(_plain(f"{words} / {unit}" if unit else words))
+    shade(panel, histories.values())
     panel.margins(x=0)
     panel.grid(alpha=0.3)
     margin = 0.05 * (high - low)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from estimation.status import Status
+from estimation.watch.flags import Flags
 from models.arrays import Array
 
 
@@ -46,3 +47,11 @@ class HistoryView(Protocol):
     @property
     def step_time_s(self) -> Array:
         """(n,)"""
+
+    @property
+    def sensor_names(self) -> tuple[str, ...]:
+        """(n_sensors,), none where nobody watched."""
+
+    @property
+    def flagged(self) -> Flags:
+        """(n, n_sensors)"""

@@ -21,6 +21,8 @@ from estimation.kalman_stage import KalmanStage
 from estimation.outputs import output_jacobian, outputs_of
 from estimation.recording import Measurement
 from models.arrays import Array
+from models.errors import InputError
+from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
 OBSERVABLE_FRACTION = 0.3
@@ -59,6 +61,40 @@ def information_bound(
     J = jacobian(states.T).full().reshape(-1, *states.shape).transpose(1, 0, 2)
     names = outputs_of(model).names
     return InformationBound(names, _std(J, covariances), _std(J[0], model.prior.covariance))
+
+
+class BoundInParts:
+    """The bound behind known states that come in parts, of a model without inputs."""
+
+    def __init__(self, model: StateSpaceModel) -> None:
+        self._model, self._stage, self._jacobian = model, KalmanStage(model), output_jacobian(model)
+        self._known, self._last = model.prior, (np.zeros(0), np.zeros((0, model.n_x)))
+        self._prior_std: Array | None = None
+
+    def add(self, time_s: Array, y: Array, states: Array) -> None:
+        """Go on through times (n,), rows (n, n_row) and true states (n, n_x)."""
+        if self._prior_std is None:
+            J = self._jacobian(states[0]).full()
+            self._prior_std = _std(J, self._model.prior.covariance)
+        # From the last state on, which has no further reading.
+        before, x = self._last
+        no_reading = np.full((len(before), y.shape[1]), np.nan)
+        covariances = self._stage.sweep(
+            self._known,
+            np.append(before, time_s),
+            np.concatenate([x, states]),
+            np.concatenate([no_reading, y]),
+        )
+        self._last = time_s[-1:], states[-1:]
+        self._known = GaussianState(states[-1], covariances[-1])
+
+    def result(self) -> InformationBound:
+        """Return the bound behind the last state, (1, n_o), beside the prior's at the first."""
+        if self._prior_std is None:
+            raise InputError("no known state to take the information bound along, expected one")
+        J = self._jacobian(self._known.mean).full()
+        std = _std(J, self._known.covariance)[None]
+        return InformationBound(outputs_of(self._model).names, std, self._prior_std)
 
 
 def _std(J: Array, covariance: Array) -> Array:

@@ -35,6 +35,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import orth, qr, solve_triangular
 
 from estimation.derivatives import Derivatives
@@ -288,15 +289,30 @@ def verdict(model: StateSpaceModel, measurements: Sequence[Measurement], states:
     The Gramian is the one of largest rank of `FREE_STARTS` free motions from states spread
     over the known ones: the part of the motion that shows most.
     """
-    starts = np.linspace(0, len(states) - 1, FREE_STARTS).astype(int)
-    at = Derivatives(model)
+    starts = start_rows(len(states))
     inputs = [measurements[i].y[model.n_y :] for i in starts]
-    motions = [free_motion(model, states[i], inputs=u) for i, u in zip(starts, inputs, strict=True)]
+    bound = information_bound(model, measurements, states)
+    return verdict_from(model, states[starts], inputs, bound)
+
+
+def start_rows(n: int) -> NDArray[np.intp]:
+    """Return at which of n known states the free motions of a verdict start."""
+    return np.linspace(0, n - 1, FREE_STARTS).astype(int)
+
+
+def verdict_from(
+    model: StateSpaceModel, starts: Array, inputs: Sequence[Array], bound: InformationBound
+) -> Verdict:
+    """Return the verdict of free motions from some true states (m, n_x), and of a bound.
+
+    Parameters
+    ----------
+    inputs : m of (n_u,), known at the starts
+    """
+    at = Derivatives(model)
+    motions = [free_motion(model, x, inputs=u) for x, u in zip(starts, inputs, strict=True)]
     candidates = [observability(model, *motion, derivatives=at) for motion in motions]
-    return Verdict(
-        max(candidates, key=lambda found: found.rank),
-        information_bound(model, measurements, states),
-    )
+    return Verdict(max(candidates, key=lambda found: found.rank), bound)
 
 
 def _directions(whole: _WholeChanges, basis: Array) -> tuple[UnobservableDirection, ...]:

@@ -49,20 +49,38 @@ class Recorded(Protocol):
         """Times and readings of a sensor that there is; `InputError` for an unknown one."""
 
 
-def in_order_of_capture(recording: Recorded, model: StateSpaceModel) -> tuple[Array, Array]:
-    """Return times (n,) and rows (n, n_row); see `estimation.recording.Recording.stacked`."""
+def in_order_of_capture(
+    recording: Recorded, model: StateSpaceModel, *, constants: ConstantReadings | None = None
+) -> tuple[Array, Array]:
+    """Return times (n,) and rows (n, n_row); see `estimation.recording.Recording.stacked`.
+
+    Parameters
+    ----------
+    constants : what constant readings were told before, where the recording goes on
+    """
     time_s = recording.time_s
     y = np.full((len(time_s), model.n_row), np.nan)
     for sensor, columns in _told_sensors(recording, model):
         y[:, columns] = recording.readings[sensor.name]
-    _tell_constants(model, time_s, y, np.arange(len(time_s)))
+    (constants or ConstantReadings(model)).tell(time_s, y, np.arange(len(time_s)))
     for i, name in enumerate(model.input_names, model.n_y):
         y[:, i] = held(recording.name, time_s, recording.inputs, name)
     return np.asarray(time_s, dtype=float), y
 
 
-def in_order_of_arrival(recording: Recorded, model: StateSpaceModel) -> tuple[Array, Array, Array]:
+def in_order_of_arrival(
+    recording: Recorded,
+    model: StateSpaceModel,
+    *,
+    until_s: float = np.inf,
+    constants: ConstantReadings | None = None,
+) -> tuple[Array, Array, Array]:
     """Return times (n,), rows (n, n_row) and arrivals (n,); see `Recording.as_arrived`.
+
+    Parameters
+    ----------
+    until_s : what arrives later is left out
+    constants : what constant readings were told before, where the recording goes on
 
     Raises
     ------
@@ -95,9 +113,12 @@ def in_order_of_arrival(recording: Recorded, model: StateSpaceModel) -> tuple[Ar
     y = np.full((len(groups), model.n_row), np.nan)
     for (sensor, columns), rows, start in zip(sensors, captured, starts[:-1], strict=False):
         y[group.ravel()[start : start + len(rows)], columns] = recording.readings[sensor.name][rows]
-    newest = np.maximum.accumulate(time_s[row])
-    on_time = np.flatnonzero(np.diff(newest, prepend=-np.inf) > 0)
-    _tell_constants(model, time_s[row], y, on_time)
+    end = int(np.searchsorted(arrival_s, until_s, side="right"))
+    row, y, arrival_s = row[:end], y[:end], arrival_s[:end]
+    told = constants or ConstantReadings(model)
+    newest = np.maximum.accumulate(np.append(told.newest_s, time_s[row]))
+    on_time = np.flatnonzero(np.diff(newest) > 0)
+    told.tell(time_s[row], y, on_time)
     for i, (values, _) in enumerate(inputs, model.n_y):
         y[on_time, i] = values[row[on_time]]
     return time_s[row], y, arrival_s
@@ -132,14 +153,28 @@ def _told_sensors(recording: Recorded, model: StateSpaceModel) -> list[tuple[Sen
     ]
 
 
-def _tell_constants(
-    model: StateSpaceModel, time_s: Array, y: Array, on_time: NDArray[np.integer]
-) -> None:
-    """Write constant readings into rows, the first of those on time in each of their periods."""
-    constant = model.stack(
-        {s.name: s.constant_reading for s in model.sensors if s.constant_reading is not None}
-    )
-    for sensor, columns in _columns(model):
-        if sensor.constant_reading is not None:
-            rows = on_time[sensor.first_of_each_period(time_s[on_time])]
-            y[rows, columns] = constant[columns]
+class ConstantReadings:
+    """What no sensor brings, told at the first instant of each of its periods, and only once.
+
+    Its `newest_s` is the last instant that was on time, -inf before the first.
+    """
+
+    def __init__(self, model: StateSpaceModel) -> None:
+        self._first_s, self.newest_s = np.nan, -np.inf
+        constant = {
+            s.name: s.constant_reading for s in model.sensors if s.constant_reading is not None
+        }
+        self._constant = model.stack(constant)
+        self._sensors = [(s, at) for s, at in _columns(model) if s.name in constant]
+
+    def tell(self, time_s: Array, y: Array, on_time: NDArray[np.integer]) -> None:
+        """Write constant readings into rows (n, n_row), those on time by their numbers."""
+        times = time_s[on_time]
+        if not len(times):
+            return
+        behind = None if np.isnan(self._first_s) else (self._first_s, self.newest_s)
+        for sensor, columns in self._sensors:
+            rows = on_time[sensor.first_of_each_period(times, behind=behind)]
+            y[rows, columns] = self._constant[columns]
+        self._first_s = float(times[0]) if behind is None else self._first_s
+        self.newest_s = float(times[-1])

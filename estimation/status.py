@@ -30,6 +30,11 @@ class Status(enum.Flag):
     FELL_BACK = enum.auto()
     DIGITS_LOST = enum.auto()
     IMPROBABLE = enum.auto()
+    LOST = enum.auto()
+    INCONSISTENT = enum.auto()
+    STUCK = enum.auto()
+    OUTLIER = enum.auto()
+    LIVELIER = enum.auto()
 
     @property
     def is_solved(self) -> bool:
@@ -61,8 +66,14 @@ UNSOLVED = (
     | Status.SOLVER_FAILED
     | Status.NOT_FINITE
     | Status.PREDICTED
+    | Status.LOST
+    | Status.INCONSISTENT
 )
-"""The members that mean: the estimate is only the best that was found."""
+"""The members that mean: the estimate is only the best that was found.
+
+What a watch says (`estimation.watch`) is among them where the state is not known or the cause was
+not found; not where a sensor that lies is left out, for without it the estimate holds.
+"""
 
 SENTENCES = {
     Status.SOLVED: "The step was solved.",
@@ -86,4 +97,12 @@ SENTENCES = {
     Status.IMPROBABLE: "The optimum of a window is further from its readings than chance explains "
     "once in a million: it is another minimum, or the readings are not what the model expects.",
     Status.PREDICTED: "The deadline left no time for a pass; the prediction is returned.",
+    Status.LOST: "An attitude, or another state that wraps or has a reach, is not known any more; "
+    "do not use it until this word is gone.",
+    Status.INCONSISTENT: "Readings contradict the model, and leaving out no sensor explains it.",
+    Status.STUCK: "A sensor repeats its reading and is left out; the estimate holds without it.",
+    Status.OUTLIER: "A sensor's reading is not to be believed and is left out; the estimate holds "
+    "without it.",
+    Status.LIVELIER: "The motion is livelier than the model says: process noise has grown, and no "
+    "sensor is blamed.",
 }

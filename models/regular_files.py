@@ -16,14 +16,14 @@ from models.limits import check_most, most
 _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
-def open_regular(path: Path, where: str, expected: str, limit: str) -> BinaryIO:
+def open_regular(path: Path, where: str, expected: str, limit: str | None) -> BinaryIO:
     """Open a regular file.
 
     Parameters
     ----------
     where : what it is, for messages: ``pen file my.toml``
     expected : what it should be: ``a readable TOML file``
-    limit : of its size, one of `models.limits.LIMITS`
+    limit : of its size, one of `models.limits.LIMITS`; None where it is read in parts
 
     Raises
     ------
@@ -41,7 +41,8 @@ def open_regular(path: Path, where: str, expected: str, limit: str) -> BinaryIO:
             is_folder = stat.S_ISDIR(found.st_mode)
             kind = "Is a directory" if is_folder else "is a device, a pipe or a socket"
             raise InputError(f"{where}: {kind}, expected {expected}")
-        check_most(limit, found.st_size, where)
+        if limit is not None:
+            check_most(limit, found.st_size, where)
     except InputError:
         os.close(descriptor)
         raise

@@ -142,14 +142,23 @@ class SensorModel:
             return float("inf")
         return min(SATURATED_FRACTION * self.reading_limit, self.reading_limit - self.resolution)
 
-    def first_of_each_period(self, time_s: Array) -> NDArray[np.bool_]:
-        """Return the instants (n,) that are the first in their period; all without a rate."""
-        if self.rate_hz is None:
+    def first_of_each_period(
+        self, time_s: Array, *, behind: tuple[float, float] | None = None
+    ) -> NDArray[np.bool_]:
+        """Return the instants (n,) that are the first in their period; all without a rate.
+
+        Parameters
+        ----------
+        behind : first and last of the instants that these follow; None where they are the first
+        """
+        if self.rate_hz is None or len(time_s) == 0:
             return np.ones(len(time_s), dtype=bool)
+        start_s = time_s[0] if behind is None else behind[0]
+        time_s = time_s if behind is None else np.concatenate([behind[1:], time_s])
         # Seconds since 1970 resolve no nanoseconds. By each instant: none knows of later ones.
         resolution = np.maximum(0.5 * 10**-TIME_DIGITS, 2 * np.spacing(np.abs(time_s)))
-        period = np.floor((time_s - time_s[0] + resolution) * self.rate_hz)
-        return np.diff(period, prepend=-1.0) > 0
+        period = np.floor((time_s - start_s + resolution) * self.rate_hz)
+        return np.diff(period, prepend=-1.0 if behind is None else []) > 0
 
     @cached_property
     def row_needs(self) -> NDArray[np.bool_]:

@@ -65,15 +65,38 @@ def root_mean_square(
     errors : (n, n_o)
     columns : as `ERROR_COLUMNS`
     """
-    result = {}
-    for column, (states, factor) in columns.items():
+    squared = squared_errors(names, errors, columns)
+    means = {column: float(known.mean()) for column, known in squared.items() if len(known)}
+    return {column: rms_of(mean, columns[column][1]) for column, mean in means.items()}
+
+
+def squared_errors(
+    names: Sequence[str], errors: Array, columns: Mapping[str, tuple[tuple[str, ...], float]]
+) -> dict[str, Array]:
+    """Return by column the squared errors of the instants with truth; see `root_mean_square`."""
+    found = {}
+    for column, (states, _) in columns.items():
         index = [names.index(state) for state in states if state in names]
         if index:
             squared = (errors[:, index] ** 2).sum(axis=1)
-            known = squared[~np.isnan(squared)]
-            if len(known):
-                result[column] = float(np.sqrt(known.mean()) * factor)
-    return result
+            found[column] = squared[~np.isnan(squared)]
+    return found
+
+
+def rms_of(mean_square: float, factor: float) -> float:
+    """Return an RMS error in the unit of a column, by its factor, of the mean square in SI."""
+    return float(np.sqrt(mean_square) * factor)
+
+
+def known_columns(
+    names: Sequence[str], true_names: Sequence[str]
+) -> dict[str, tuple[tuple[str, ...], float]]:
+    """Return the rows of `ERROR_COLUMNS` all of whose outputs a truth names."""
+    return {
+        column: entry
+        for column, entry in ERROR_COLUMNS.items()
+        if set(entry[0]) & set(names) <= set(true_names)
+    }
 
 
 def rms_errors(

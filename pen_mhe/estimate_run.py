@@ -14,41 +14,21 @@ from estimation.estimator import LookingBack, run
 from estimation.recording import Recording
 from estimation.smoother import smoothed
 from models.errors import InputError
-from models.pen import pen_model
+from models.limits import check_most
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
 from models.state_space import StateSpaceModel
 from pen_mhe.causal_run import causal_lags, delays_of, told_at
-from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, seen_only, state_errors
+from pen_mhe.chosen_model import chosen_model
+from pen_mhe.errors import known_columns, root_mean_square, seen_only, state_errors
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_filter, create_estimator
 from pen_mhe.run_result import EstimateRun
 from pen_mhe.sensor_verdict import judge
+from pen_mhe.watching import as_asked
 from recordings.ink import ink_match
 from recordings.read import read_written
 from recordings.thinning import CameraThinning, left_out_error, thinned
 from recordings.written import WrittenRecording
-
-
-def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
-    """Return the pen's sensors that the recording has."""
-    return tuple(name for name in pen.sensors if name in recording.readings)
-
-
-def with_told_rest(
-    pen: PenConfig, recording: Recording, sensors: Sequence[str]
-) -> tuple[PenConfig, tuple[str, ...]]:
-    """Return pen and sensors with rest as the recording tells it; as they are where it does not.
-
-    The pen's sensor of rest is then read instead of detected, and goes with any gyroscope.
-    """
-    told = {
-        name: sensor.model_copy(update={"is_detected": False})
-        for name, sensor in pen.sensors.items()
-        if sensor.makes_readings and name in recording.readings
-    }
-    has_rate = any(pen.sensors[name].reads_rate for name in sensors if name in pen.sensors)
-    more = [name for name in told if has_rate and name not in sensors]
-    return pen.model_copy(update={"sensors": {**pen.sensors, **told}}), (*sensors, *more)
 
 
 def estimate_recording(
@@ -65,6 +45,8 @@ def estimate_recording(
     rest: bool = True,
     smooth: bool = False,
     causal: bool = False,
+    watch: bool | None = None,
+    on_lost: str | None = None,
 ) -> EstimateRun:
     """Estimate a recording and compare with whatever reference it brings.
 
@@ -82,6 +64,8 @@ def estimate_recording(
     smooth : go back over a filter's estimates, so that each knows the whole recording; output, ink
         and errors are those
     causal : see `estimation.estimator.run`; ``lag_samples`` are then the fastest sensor's
+    watch, on_lost : whether readings are tested and what is then done, see `pen_mhe.watching`;
+        by default it is watched, unless it is smoothed
 
     Raises
     ------
@@ -94,19 +78,14 @@ def estimate_recording(
             raise InputError(
                 "a run is causal and smooth, expected one: smoothing knows the whole recording"
             )
-    recording = loaded.recording
-    chosen = tuple(sensors or default_sensors(pen, recording))
-    if rest:
-        pen, chosen = with_told_rest(pen, recording, chosen)
-    elif sensors is None:
-        chosen = tuple(name for name in chosen if not pen.sensors[name].is_rest)
-    model = pen_model(pen, chosen, writing_area=writing_area, rest=rest)
-    measured = [sensor.name for sensor in model.measured_sensors]
-    if not measured:
-        raise InputError(
-            f"sensors {', '.join(s.name for s in model.sensors)} have no readings of their own, "
-            "expected at least one that has"
+        check_most(
+            "smoothed_rows", len(loaded.recording.time_s), f"recording {loaded.recording.name}"
         )
+    recording = loaded.recording
+    model = chosen_model(
+        pen, tuple(recording.readings), sensors=sensors, writing_area=writing_area, rest=rest
+    )
+    measured = [sensor.name for sensor in model.measured_sensors]
     recorded = recording.select(measured)
     if duration_s is not None:
         if not duration_s > 0:
@@ -118,7 +97,7 @@ def estimate_recording(
     times, given = used.sensor(fastest)[0], dict(settings or {})
     if causal:
         lag, given = causal_lags(estimator, given, used, fastest)
-    built = create_estimator(estimator, model, **given)
+    built = as_asked(create_estimator(estimator, model, **given), watch, smooth, on_lost)
     keeps = smooth or _has_nees(model, used)
     steps = len(used.as_arrived(model)[0]) if causal else len(used.time_s)
     on_progress = on_start(steps) if on_start else None
@@ -166,6 +145,8 @@ def estimate(
     rest: bool = True,
     smooth: bool = False,
     causal: bool = False,
+    watch: bool | None = None,
+    on_lost: str | None = None,
     **settings: Any,
 ) -> EstimateRun:
     """Estimate a recording in one call, and judge it by whatever reference it brings.
@@ -179,7 +160,7 @@ def estimate(
     estimator : one of `pen_mhe.estimators.ESTIMATORS`
     units : of a file's columns, see `recordings.read.read_written`
     thinning, duration_s : see `estimate_recording`
-    writing_area, rest, smooth, causal : see `estimate_recording`
+    writing_area, rest, smooth, causal, watch, on_lost : see `estimate_recording`
     settings : of the estimator, see `pen_mhe.estimators.create_estimator`
 
     Raises
@@ -208,6 +189,8 @@ def estimate(
         rest=rest,
         smooth=smooth,
         causal=causal,
+        watch=watch,
+        on_lost=on_lost,
     )
 
 
@@ -218,11 +201,7 @@ def _true_rms(
     truth = recording.truth
     if truth is None:
         return {}
-    known = {
-        column: entry
-        for column, entry in ERROR_COLUMNS.items()
-        if set(entry[0]) & set(history.names) <= set(truth.names)
-    }
+    known = known_columns(history.names, truth.names)
     errors = state_errors(model, history, truth)
     rms = root_mean_square(history.names, errors, known)
     if np.isnan(truth.states(model.state_names, recording.time_s)).any():

@@ -15,9 +15,9 @@ from estimation.estimate import EstimateHistory
 from estimation.history_plot import new_figure
 from estimation.output_file import write_whole
 from estimation.recording import Truth
+from estimation.watch.shades import shade
 from recordings.ink import InkMatch
 
-FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
 ANGLES = (("azimuth_rad", "azimuth"), ("elevation_rad", "elevation"), ("spin_rad", "spin"))
 TRUTH_STYLE: dict[str, Any] = {"color": "black", "linewidth": 1.0, "label": "truth"}
 
@@ -31,9 +31,20 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def estimate_figure(
-    history: EstimateHistory, ink: InkMatch | None = None, *, truth: Truth | None = None
+    history: EstimateHistory,
+    ink: InkMatch | None = None,
+    *,
+    truth: Truth | None = None,
+    samples: int | None = None,
 ) -> Figure:
-    """Draw the tip's path (over the ink, where there is a scan), the angles and the step times."""
+    """Draw the tip's path (over the ink, where there is a scan), the angles and the step times.
+
+    Spans in which a watched run was lost or flagged a sensor are shaded.
+
+    Parameters
+    ----------
+    samples : of the run, where the history has only some of them, evenly spread
+    """
     angles = [pair for pair in ANGLES if pair[0] in history.names]
     figure = new_figure(11, 6.5)
     grid = figure.add_gridspec(len(angles) + 1, 2, width_ratios=(3, 2))
@@ -42,13 +53,18 @@ def estimate_figure(
     for row, (state, label) in enumerate(angles):
         axes = figure.add_subplot(grid[row, 1])
         _draw_angle(axes, history, state, truth)
+        shade(axes, [history])
         axes.set_ylabel(f"{label} / °")
         axes.tick_params(labelbottom=False)
     steps = figure.add_subplot(grid[len(angles), 1])
     steps.semilogy(history.time_s, history.step_time_s * 1e3, ".", markersize=2)
+    shade(steps, [history])
     steps.set_xlabel("time / s")
     steps.set_ylabel("step / ms")
-    figure.suptitle(f"{history.estimator}: {len(history)} samples", fontsize=11)
+    if handles := steps.get_legend_handles_labels()[0]:
+        steps.legend(handles=handles, loc="upper right", fontsize=8)
+    drawn = f", {len(history)} of them drawn" if samples not in (None, len(history)) else ""
+    figure.suptitle(f"{history.estimator}: {samples or len(history)} samples{drawn}", fontsize=11)
     return figure
 
 

@@ -67,7 +67,6 @@ class Evidence:
     finding: str
 
 
-@np.errstate(over="ignore", invalid="ignore")  # readings beyond any unit
 def check_units(
     recording: Recording, pen: PenConfig, *, read_as: Mapping[str, str] | None = None
 ) -> None:
@@ -84,22 +83,39 @@ def check_units(
     InputError
         The message names the sensor, what was found and the unit that it looks like.
     """
+    for refusal in unit_verdicts(recording, pen, read_as=read_as).values():
+        if refusal is not None:
+            raise refusal
+
+
+@np.errstate(over="ignore", invalid="ignore")  # readings beyond any unit
+def unit_verdicts(
+    recording: Recording, pen: PenConfig, *, read_as: Mapping[str, str] | None = None
+) -> dict[str, InputError | None]:
+    """Return by sensor the refusal of its unit, None where it makes sense; see `check_units`.
+
+    Sensors whose readings do not tell are left out.
+    """
+    found: dict[str, InputError | None] = {}
     for name, sensor in pen.sensors.items():
         evidence = _evidence(sensor)
         if name not in recording.readings or evidence is None:
             continue
         (axis, si_unit), *_ = sensor.reading_axes
         unit = si_unit if read_as is None else read_as.get(name)
-        found = evidence(recording, pen, name)
-        if unit is None or found is None:
+        said = evidence(recording, pen, name)
+        if unit is None or said is None:
             continue
+        found[name] = None
         for other, factor in UNITS[si_unit].items():
-            if other != unit and found.low <= factor / UNITS[si_unit][unit] <= found.high:
-                raise InputError(
+            if other != unit and said.low <= factor / UNITS[si_unit][unit] <= said.high:
+                found[name] = InputError(
                     f"recording {recording.name}: {name} was read in {unit} but looks like "
-                    f"{other} ({found.finding}), expected --units {name}={other} or headers "
+                    f"{other} ({said.finding}), expected --units {name}={other} or headers "
                     f"like {name}_{axis}_{other}"
                 )
+                break
+    return found
 
 
 def gravity_evidence(recording: Recording, pen: PenConfig, name: str) -> Evidence | None:

@@ -9,6 +9,7 @@ import numpy as np
 from estimation.arrivals import arrival_of
 from estimation.estimate import EstimateHistory
 from estimation.recording import Recording
+from models.arrays import Array
 from models.errors import InputError
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
@@ -43,12 +44,24 @@ def check_recorded_rate(sensor: SensorModel, recording: Recording) -> None:
         If it did.
     """
     times, _ = recording.sensor(sensor.name)
-    if sensor.rate_hz is None or len(times) < 2:
+    if len(times) > 1:
+        check_rate(sensor, recording.name, float(np.median(np.diff(times))))
+
+
+def check_rate(sensor: SensorModel, name: str, interval_s: float) -> None:
+    """Refuse a recording by its name and the median time between a camera's frames.
+
+    Raises
+    ------
+    InputError
+        If its pen file says another rate.
+    """
+    if sensor.rate_hz is None:
         return
-    rate_hz = 1 / float(np.median(np.diff(times)))
+    rate_hz = 1 / interval_s
     if abs(rate_hz - sensor.rate_hz) > RATE_TOLERANCE * sensor.rate_hz:
         raise InputError(
-            f"recording {recording.name}: {sensor.name} ran at {rate_hz:.3g} Hz, "
+            f"recording {name}: {sensor.name} ran at {rate_hz:.3g} Hz, "
             f"expected the pen file's {sensor.rate_hz:g} Hz"
         )
 
@@ -70,14 +83,25 @@ def thinned(model: StateSpaceModel, recorded: Recording, thinning: CameraThinnin
         If there is not exactly one camera, it ran at another rate than its pen file says,
         or rate or phase do not fit that.
     """
+    camera = thinned_camera(model)
+    check_recorded_rate(camera, recorded)
+    return recorded.subsampled(camera.name, kept_of(camera, thinning), thinning.phase)
+
+
+def thinned_camera(model: StateSpaceModel) -> SensorModel:
+    """Return a model's one camera; raises `InputError` unless there is exactly one."""
     cameras = [sensor for sensor in model.sensors if sensor.sees_pose]
     if len(cameras) != 1:
         raise InputError("camera rate given, expected exactly one pose_camera among the sensors")
-    check_recorded_rate(cameras[0], recorded)
-    every = frames_per_kept(cameras[0].rate_hz, thinning.rate_hz)
+    return cameras[0]
+
+
+def kept_of(camera: SensorModel, thinning: CameraThinning) -> int:
+    """Return m such that every m-th frame is kept; raises `InputError` for a rate or phase."""
+    every = frames_per_kept(camera.rate_hz, thinning.rate_hz)
     if not 0 <= thinning.phase < every:
         raise InputError(f"camera phase {thinning.phase}, expected 0 to {every - 1}")
-    return recorded.subsampled(cameras[0].name, every, thinning.phase)
+    return every
 
 
 @dataclass(frozen=True)
@@ -114,15 +138,37 @@ def left_out_error(
     if not known.any():
         return None
     times, frames = times[known], frames[known]
-    newest = np.searchsorted(history.time_s, times, side="right") - 1
-    dt = times - history.time_s[newest]
-    x = model.f(history.mean[newest].T, np.zeros((model.n_w, len(dt))), dt[None])
-    squares = np.asarray(sensor.residual(frames.T, x)) ** 2
-    mean = squares.mean(axis=1)
-    rms = {
+    squares = residual_squares(model, sensor, times, frames, history.time_s, history.mean)
+    return LeftOutError(len(times), rms_by_unit(sensor, squares.mean(axis=1)))
+
+
+def residual_squares(
+    model: StateSpaceModel,
+    sensor: SensorModel,
+    times: Array,
+    frames: Array,
+    time_s: Array,
+    mean: Array,
+) -> Array:
+    """Return squared residuals (n_r, m) of frames (m, n_y) from the newest estimates before them.
+
+    Parameters
+    ----------
+    times : (m,) of the frames, none before the first estimate
+    time_s, mean : (n,) ascending and (n, n_x), the estimates
+    """
+    newest = np.searchsorted(time_s, times, side="right") - 1
+    dt = times - time_s[newest]
+    x = model.f(mean[newest].T, np.zeros((model.n_w, len(dt))), dt[None])
+    squares: Array = np.asarray(sensor.residual(frames.T, x)) ** 2
+    return squares
+
+
+def rms_by_unit(sensor: SensorModel, mean: Array) -> dict[str, float]:
+    """Return the RMS per unit of the mean squares (n_r,) of a sensor's residual."""
+    return {
         unit: float(
             np.sqrt(sum(m for m, u in zip(mean, sensor.unit_of_row, strict=True) if u == unit))
         )
         for unit in dict.fromkeys(sensor.unit_of_row)
     }
-    return LeftOutError(len(times), rms)

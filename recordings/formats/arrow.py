@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 import pyarrow as pa
 import pyarrow.parquet
@@ -26,23 +29,78 @@ def read_arrow(path: Path, where: str, expected: str) -> pa.Table:
         reading(where, expected),
         open_regular(path, where, expected, "table_bytes") as file,
     ):
-        if not file.read(1):
-            raise InputError(f"{where} is empty (zero bytes), expected a header and samples")
-        file.seek(0)
-        try:
-            parquet = pyarrow.parquet.ParquetFile(file, thrift_string_size_limit=10**8)
-            rows, columns = parquet.metadata.num_rows, parquet.metadata.num_columns
-            check_most("columns", columns, where)
-            check_most("rows", rows, where)
-            check_most("values", rows * columns, where)
+        parquet = _opened(file, where, expected)
+        rows, columns = parquet.metadata.num_rows, parquet.metadata.num_columns
+        check_most("rows", rows, where)
+        check_most("values", rows * columns, where)
+        with _refused(where, expected):
             # What pandas says of its own columns may be damaged, and is not needed.
             found = parquet.read(use_pandas_metadata=False).replace_schema_metadata(None)
             found.validate(full=True)  # texts that are none
             return found
-        except InputError:
-            raise
-        except (pa.ArrowException, ValueError, OSError) as error:
-            raise InputError(f"{where}: cannot be read, expected {expected}") from error
+
+
+class ArrowParts:
+    """A Parquet file whose rows are read some at a time, as often as one likes.
+
+    Parameters
+    ----------
+    file : open; of any size
+    where, expected : for messages
+
+    Raises
+    ------
+    InputError
+        If it is none or is damaged.
+    """
+
+    def __init__(self, file: BinaryIO, where: str, expected: str) -> None:
+        self._where, self._expected = where, expected
+        self._parquet = _opened(file, where, expected)
+        self.headers: list[str] = self._parquet.schema_arrow.names
+
+    def tables(self, rows: int) -> Iterator[tuple[pa.Table, float]]:
+        """Yield tables of so many rows, and which fraction of the file is read by then."""
+        read, all_rows = 0, self._parquet.metadata.num_rows
+        with _refused(self._where, self._expected):
+            for batch in self._parquet.iter_batches(rows, use_pandas_metadata=False):
+                table = pa.Table.from_batches([batch]).replace_schema_metadata(None)
+                table.validate(full=True)
+                read += len(table)
+                if len(table):
+                    yield table, read / all_rows
+
+
+def _opened(file: BinaryIO, where: str, expected: str) -> pyarrow.parquet.ParquetFile:
+    if not file.read(1):
+        raise InputError(f"{where} is empty (zero bytes), expected a header and samples")
+    file.seek(0)
+    with _refused(where, expected):
+        # A column of a group of rows at a time, and not all that a file holds of it.
+        parquet = pyarrow.parquet.ParquetFile(
+            file, thrift_string_size_limit=10**8, pre_buffer=False, buffer_size=1 << 20
+        )
+    check_most("columns", parquet.metadata.num_columns, where)
+    return parquet
+
+
+@contextmanager
+def _refused(where: str, expected: str) -> Iterator[None]:
+    """Raise `InputError` for what pyarrow says of a file."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (pa.ArrowException, ValueError, OSError) as error:
+        raise InputError(f"{where}: cannot be read, expected {expected}") from error
+
+
+def own_columns(names: Sequence[str]) -> list[int]:
+    """Return which columns are a table's own: not rows that pandas has counted or named."""
+    return [i for i, name in enumerate(names) if not _PANDAS_INDEX.fullmatch(name)]
+
+
+_PANDAS_INDEX = re.compile(r"__index_level_\d+__")
 
 
 def with_types(

@@ -128,8 +128,12 @@ def check_units_given(
             )
 
 
-def numbers(cells: pd.Series, where: str) -> Array:
+def numbers(cells: pd.Series, where: str, *, above: int = 0) -> Array:
     """Return a column's numbers (n,), NaN where a cell is empty; all else must be finite.
+
+    Parameters
+    ----------
+    above : rows of the table in front of these
 
     Raises
     ------
@@ -146,7 +150,7 @@ def numbers(cells: pd.Series, where: str) -> Array:
     if len(bad):
         found = value_text(str(cells.iloc[bad[0]]))
         raise InputError(
-            f"{where}: column {cells.name}, row {bad[0] + 1}: {found} is not "
+            f"{where}: column {cells.name}, row {above + bad[0] + 1}: {found} is not "
             "a finite number, expected one (a sensor without a reading has an empty cell)"
         )
     return values
@@ -160,8 +164,15 @@ def _number(cell: object) -> float:
         return np.inf
 
 
-def increasing_times(time_s: Array, header: str, where: str) -> Array:
+def increasing_times(
+    time_s: Array, header: str, where: str, *, above: int = 0, before_s: float = -np.inf
+) -> Array:
     """Return times (n,) to the nanosecond; none may be missing, repeated or go backward.
+
+    Parameters
+    ----------
+    above : rows of the table in front of these
+    before_s : time of the last of them
 
     Raises
     ------
@@ -171,14 +182,15 @@ def increasing_times(time_s: Array, header: str, where: str) -> Array:
     empty = np.flatnonzero(np.isnan(time_s))
     if len(empty):
         raise InputError(
-            f"{where}: column {header} is empty in row {empty[0] + 1}, expected a time"
+            f"{where}: column {header} is empty in row {above + empty[0] + 1}, expected a time"
         )
     time_s = np.round(time_s, TIME_DIGITS)
-    late = np.flatnonzero(np.diff(time_s) <= 0)
+    before = np.append(before_s, time_s[:-1])
+    late = np.flatnonzero(time_s <= before)
     if len(late):
-        row = late[0] + 1
+        row = late[0]
         raise InputError(
-            f"{where}: column {header}: time of row {row + 1} ({time_s[row]:.12g} s) does not "
-            f"follow the one before ({time_s[row - 1]:.12g} s), expected increasing times"
+            f"{where}: column {header}: time of row {above + row + 1} ({time_s[row]:.12g} s) does "
+            f"not follow the one before ({before[row]:.12g} s), expected increasing times"
         )
     return time_s

@@ -6,11 +6,14 @@ rows than anybody records, are found at the cost of a look.
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from types import MappingProxyType
+from typing import Any, BinaryIO
 
 import numpy as np
 import pandas as pd
@@ -22,6 +25,8 @@ from models.shown_text import value_text
 
 PIECE = 1 << 22
 """Bytes that are looked through at once."""
+WHOLE = ("rows", "values")
+"""Limits of a table that is kept whole."""
 
 
 def read_csv(path: Path, where: str) -> pd.DataFrame:
@@ -33,30 +38,80 @@ def read_csv(path: Path, where: str) -> pd.DataFrame:
         If it is empty, larger than `models.limits.LIMITS` allows, its header is none, or a row has
         another number of cells; the message names the line.
     """
-    with open_regular(path, where, "a table", "table_bytes") as file:
-        if not file.read(1):
-            raise InputError(f"{where} is empty (zero bytes), expected a header and samples")
-        file.seek(0)
-        try:
-            header = _header(file, where)
-            check_header(header, where)
-            check_cells(file, len(header), where)
-            return _table(file)
-        except pd.errors.ParserWarning:
+    with open_regular(path, where, "a table", "table_bytes") as file, _refused(where):
+        header = read_header(file, where)
+        check_cells(file, len(header), where)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            table: pd.DataFrame = pd.read_csv(file, **_OPTIONS)
+        return table
+
+
+class CsvParts:
+    """A CSV file whose rows are read some at a time, as often as one likes.
+
+    Parameters
+    ----------
+    file : open, and looked through at once; of any size
+    where : for messages
+
+    Raises
+    ------
+    InputError
+        As for `read_csv`, but for its size.
+    """
+
+    def __init__(self, file: BinaryIO, where: str) -> None:
+        self._file, self._where = file, where
+        with _refused(where):
+            self.headers = read_header(file, where)
+            check_cells(file, len(self.headers), where, limits=())
+        self._bytes = file.seek(0, os.SEEK_END)
+
+    def tables(self, rows: int) -> Iterator[tuple[pd.DataFrame, float]]:
+        """Yield tables of so many rows, and which fraction of the file is read by then."""
+        self._file.seek(0)
+        with _refused(self._where), pd.read_csv(self._file, chunksize=rows, **_OPTIONS) as reader:
+            while (table := _next(reader)) is not None and len(table):
+                yield table, self._file.tell() / self._bytes
+
+
+def _next(reader: Iterator[pd.DataFrame]) -> pd.DataFrame | None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", pd.errors.ParserWarning)
+        return next(reader, None)
+
+
+_OPTIONS: Mapping[str, Any] = MappingProxyType(
+    {
+        "keep_default_na": False,
+        "na_values": [""],
+        "index_col": False,  # where row 1 is longer than the header, pandas warns and drops its end
+        "low_memory": False,
+    }
+)
+
+
+@contextmanager
+def _refused(where: str) -> Iterator[None]:
+    """Raise `InputError` for what pandas says of a file."""
+    try:
+        yield
+    except pd.errors.ParserWarning:
+        raise InputError(
+            f"{where}: row 1 has more cells than the header, expected as many"
+        ) from None
+    except InputError:
+        raise
+    except ValueError as error:
+        ragged = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
+        if ragged:
+            cells, line, found = ragged.groups()
             raise InputError(
-                f"{where}: row 1 has more cells than the header, expected as many"
+                f"{where}: line {line} of the file has {found} cells, "
+                f"expected {cells} as in the header"
             ) from None
-        except InputError:
-            raise
-        except ValueError as error:
-            ragged = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
-            if ragged:
-                cells, line, found = ragged.groups()
-                raise InputError(
-                    f"{where}: line {line} of the file has {found} cells, "
-                    f"expected {cells} as in the header"
-                ) from None
-            raise InputError(f"{where}: cannot be read, expected a csv table") from error
+        raise InputError(f"{where}: cannot be read, expected a csv table") from error
 
 
 def check_header(header: Sequence[str], where: str) -> None:
@@ -75,8 +130,13 @@ def check_header(header: Sequence[str], where: str) -> None:
         seen.add(column)
 
 
-def check_cells(file: BinaryIO, columns: int, where: str) -> None:
-    """Raise `InputError` where a file has a cell, or rows, beyond the limits, or a zero byte."""
+def check_cells(file: BinaryIO, columns: int, where: str, *, limits: Sequence[str] = WHOLE) -> None:
+    """Raise `InputError` where a file has a cell, or rows, beyond the limits, or a zero byte.
+
+    Parameters
+    ----------
+    limits : of the rows; none where they are not kept
+    """
     longest, rows, since = most("cell_bytes"), 0, 0
     file.seek(0)
     while piece := file.read(PIECE):
@@ -91,15 +151,23 @@ def check_cells(file: BinaryIO, columns: int, where: str) -> None:
             check_most("cell_bytes", length, f"{where}: line {line} of the file")
         since = int(gaps[-1])
         rows += piece.count(b"\n")
-        check_most("rows", rows, where)
-        check_most("values", rows * columns, where)
+        for limit in limits:
+            check_most(limit, rows * (columns if limit == "values" else 1), where)
     file.seek(0)
 
 
-def _header(file: BinaryIO, where: str) -> list[str]:
-    """Return the names in the first line; pandas would rename those that appear twice."""
+def read_header(file: BinaryIO, where: str) -> list[str]:
+    """Return the names in the first line; pandas would rename those that appear twice.
+
+    Raises
+    ------
+    InputError
+        If there is no line, it is longer than the limits allow, or a column has no name of its own.
+    """
     bytes_of_all = most("columns") * (most("cell_bytes") + 1)
     line = file.readline(bytes_of_all + 1)
+    if not line:
+        raise InputError(f"{where} is empty (zero bytes), expected a header and samples")
     if len(line) > bytes_of_all:
         raise InputError(
             f"{where}: its first line is longer than {bytes_of_all} bytes, expected the names of "
@@ -109,13 +177,6 @@ def _header(file: BinaryIO, where: str) -> list[str]:
     file.seek(0)
     first = pd.read_csv(file, header=None, nrows=1, dtype=str, keep_default_na=False)
     file.seek(0)
-    return [str(column) for column in first.iloc[0]]
-
-
-def _table(file: BinaryIO) -> pd.DataFrame:
-    with warnings.catch_warnings():
-        # Where row 1 is longer than the header, pandas would drop its end.
-        warnings.simplefilter("error", pd.errors.ParserWarning)
-        return pd.read_csv(
-            file, keep_default_na=False, na_values=[""], index_col=False, low_memory=False
-        )
+    header = [str(column) for column in first.iloc[0]]
+    check_header(header, where)
+    return header

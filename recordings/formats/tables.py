@@ -16,39 +16,27 @@ Messages count rows of data from 1: row 1 is the one below the header.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
-import pyarrow.parquet
 
 from estimation.output_file import check_file, whole_file
-from estimation.recording import Recording, Truth
+from estimation.recording import Recording
 from models.arrays import Array
 from models.border import reading
 from models.errors import InputError
 from models.pen_config import PenConfig
-from models.plain_names import plain_headers
-from models.shown_text import short
-from models.units import TIME_DIGITS
-from models.version import version_metadata
-from recordings.formats.arrow import read_arrow
+from recordings.formats.arrow import own_columns, read_arrow
 from recordings.formats.columns import (
     ARRIVAL,
-    TIME,
     TRUTH_PREFIX,
-    check_units_given,
-    column_units,
-    expected_for,
-    increasing_times,
-    numbers,
-    recording_columns,
-    spellings,
 )
 from recordings.formats.csv_files import check_header, read_csv
+from recordings.formats.table_header import TableHeader
+from recordings.formats.table_writer import TableWriter
 from recordings.plausible_units import check_units
 from recordings.written import WrittenRecording
 
@@ -75,14 +63,11 @@ def read_table(path: Path) -> pd.DataFrame:
 
 def _read_parquet(path: Path, where: str) -> pd.DataFrame:
     table = read_arrow(path, where, "a parquet table")
-    # Rows that pandas has counted or named are no quantity of a recording.
-    kept = [i for i, name in enumerate(table.column_names) if not _PANDAS_INDEX.fullmatch(name)]
-    table = table.select(kept)
+    table = table.select(own_columns(table.column_names))
     check_header(table.column_names, where)
     return table.to_pandas()
 
 
-_PANDAS_INDEX = re.compile(r"__index_level_\d+__")
 _READERS = MappingProxyType({".csv": read_csv, ".parquet": _read_parquet})
 
 
@@ -106,13 +91,8 @@ def check_output(path: Path, suffixes: Sequence[str] = TABLE_SUFFIXES) -> None:
 def write_table(table: pd.DataFrame, path: Path) -> None:
     """Write a table whole, as CSV or Parquet by its suffix; Parquet says with which version."""
     check_output(path)
-    with whole_file(path) as file:
-        if path.suffix == ".csv":
-            table.to_csv(file, index=False)
-            return
-        arrow = pyarrow.Table.from_pandas(table, preserve_index=False)
-        metadata = {**(arrow.schema.metadata or {}), **version_metadata()}
-        pyarrow.parquet.write_table(arrow.replace_schema_metadata(metadata), file)
+    with whole_file(path) as file, TableWriter(file, path.suffix) as writer:
+        writer.write(table)
 
 
 def load_table(
@@ -120,10 +100,9 @@ def load_table(
 ) -> WrittenRecording:
     """Read a recording from a table whose units make sense; see `recording_from_table`."""
     table = read_table(path)
-    known = recording_columns(pen, units or {})
-    table.columns = pd.Index(plain_headers(list(table.columns), known, f"recording {path}"))
-    recording = recording_from_table(table, pen, str(path), units=units)
-    check_units(recording, pen, read_as=column_units(table.columns, pen, units=units))
+    header = TableHeader.of(list(table.columns), pen, str(path), units=units)
+    recording = _whole(header, table)
+    check_units(recording, pen, read_as=header.units)
     return WrittenRecording(recording)
 
 
@@ -142,60 +121,17 @@ def recording_from_table(
         If a column is missing, unknown, given twice or empty, a cell is not a
         finite number, or times do not increase; the message names column and row.
     """
-    where = f"recording {name}"
-    columns = recording_columns(pen, units or {})
-    headers = plain_headers([str(header) for header in table.columns], columns, where)
-    table = table.set_axis(headers, axis=1)
-    found: dict[str, str] = {}
-    for header in headers:
-        if header not in columns:
-            raise InputError(
-                f"{where}: unknown column {short(header)}, expected {expected_for(header, columns)}"
-            )
-        quantity = columns[header].quantity
-        other = found.setdefault(quantity, header)
-        if other != header:
-            raise InputError(
-                f"{where}: columns {other} and {header} both give {quantity}, expected one"
-            )
-    check_units_given(units or {}, pen, headers, where)
-    if TIME not in found:
-        raise InputError(
-            f"{where}: expected exactly one column of {', '.join(spellings(TIME, columns))}, "
-            "found none"
-        )
+    return _whole(TableHeader.of(list(table.columns), pen, name, units=units), table)
+
+
+def _whole(header: TableHeader, table: pd.DataFrame) -> Recording:
     if not len(table):
-        raise InputError(f"{where} is empty below its header, expected at least one sample")
-    values = {
-        quantity: numbers(table[header], where) * columns[header].factor
-        for quantity, header in found.items()
-    }
-    time_s = increasing_times(values[TIME], found[TIME], where)
-    readings, arrivals = {}, {}
-    for sensor, config in pen.sensors.items():
-        if (arrival := f"{sensor}_{ARRIVAL}") in found:
-            arrivals[sensor] = np.round(values[arrival], TIME_DIGITS)
-        axes = [f"{sensor}_{axis}" for axis, _ in config.reading_axes]
-        missing = [axis for axis in axes if axis not in found]
-        if len(missing) == len(axes):
-            continue
-        if missing:
-            raise InputError(
-                f"{where}: column {', '.join(missing)} is missing, expected every axis of {sensor}"
-            )
-        readings[sensor] = np.column_stack([values[axis] for axis in axes])
-        if np.isnan(readings[sensor]).all():
-            raise InputError(
-                f"{where}: the columns of {sensor} are empty, expected a reading or no such columns"
-            )
-    if not readings:
-        raise InputError(f"{where}: no sensor's columns, expected {expected_for('', columns)}")
-    states = [quantity for quantity in found if quantity.startswith(TRUTH_PREFIX)]
-    truth = None
-    if states:
-        names = tuple(state.removeprefix(TRUTH_PREFIX) for state in states)
-        truth = Truth(time_s, names, np.column_stack([values[state] for state in states]))
-    return Recording(name, time_s, readings, truth, arrivals=arrivals)
+        raise InputError(f"{header.where} is empty below its header, expected at least one sample")
+    recording = header.recording(table)
+    for sensor, readings in recording.readings.items():
+        if np.isnan(readings).all():
+            raise header.empty(sensor)
+    return recording
 
 
 def recording_to_table(recording: Recording, pen: PenConfig) -> pd.DataFrame:

@@ -52,6 +52,9 @@ def test_what_counts_as_unsolved() -> None:
         Status.FELL_BACK,
         Status.IMPROBABLE,
         Status.DIGITS_LOST,
+        Status.STUCK,
+        Status.OUTLIER,
+        Status.LIVELIER,
     }
     assert set(Status) - set(UNSOLVED) == remarks
     assert Status.SOLVED.is_solved

@@ -1,0 +1,104 @@
+"""What may be the cause of an alarm, in order of simplicity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from models.state_space import StateSpaceModel
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A cause that explains an alarm, or does not.
+
+    Parameters
+    ----------
+    left_out : numbers of the sensors that say nothing
+    freed : those whose biases may be anything
+    is_restart : whether what was known of the state is wrong, biases aside
+    level : of `estimation.watch.livelier.LEVELS`
+    """
+
+    left_out: frozenset[int] = frozenset()
+    freed: frozenset[int] = frozenset()
+    is_restart: bool = False
+    level: int = 0
+
+
+class Causes:
+    """The hypotheses for a model's sensors."""
+
+    def __init__(self, model: StateSpaceModel, n_levels: int) -> None:
+        sensors = list(enumerate(model.sensors))
+        self._with_bias = [i for i, s in sensors if s.bias_states]
+        self._inertial = [i for i, s in sensors if s.feels_gravity or s.reads_rate]
+        self._others = [
+            i for i, s in sensors if s.is_measured and not (s.feels_gravity or s.reads_rate)
+        ]
+        self._n_levels = n_levels
+
+    @property
+    def inertial(self) -> list[int]:
+        """Numbers of accelerometers and gyroscopes."""
+        return self._inertial
+
+    def tiers(
+        self,
+        out: frozenset[int],
+        level: int,
+        *,
+        may_free: list[int],
+        may_restart: bool,
+        is_livelier: bool,
+    ) -> Iterator[list[Hypothesis]]:
+        """Yield groups of equally simple hypotheses, the simplest first.
+
+        Parameters
+        ----------
+        out : sensors that are left out already
+        level : how lively the motion is taken to be now
+        may_free : sensors whose biases were not freed lately
+        is_livelier : whether all inertial sensors say that it moves more than usual
+        """
+        kept = [i for i in self._inertial if i not in out]
+        free = [i for i in self._with_bias if i in may_free and i not in out]
+        others = [i for i in self._others if i not in out]
+        starts = (False, True) if may_restart else (False,)
+        for is_restart in starts:
+            if is_livelier:
+                yield from self._livelier(out, level, is_restart)
+            if is_restart:
+                yield [Hypothesis(out, is_restart=True, level=level)]
+            yield [Hypothesis(out, frozenset({i}), is_restart, level) for i in free]
+            if len(kept) + len(others) > 1:
+                yield [Hypothesis(out | {i}, frozenset(), is_restart, level) for i in kept]
+            if not is_livelier:
+                yield from self._livelier(out, level, is_restart)
+            if len(kept) > 1 and others:
+                yield [Hypothesis(out | set(kept), frozenset(), is_restart, level)]
+            if kept:
+                yield [Hypothesis(out | {i}, frozenset(), is_restart, level) for i in others]
+
+    def _livelier(
+        self, out: frozenset[int], level: int, is_restart: bool
+    ) -> Iterator[list[Hypothesis]]:
+        for more in range(level + 1, self._n_levels):
+            yield [Hypothesis(out, frozenset(), is_restart, more)]
+
+    def returning(
+        self,
+        others: frozenset[int],
+        sensor: int,
+        level: int,
+        *,
+        has_freed: bool,
+        may_restart: bool,
+    ) -> list[Hypothesis]:
+        """Return hypotheses that a sensor that was left out is right again."""
+        found = [Hypothesis(others, level=level)]
+        freed = frozenset({sensor}) if sensor in self._with_bias else frozenset[int]()
+        if has_freed:
+            starts = (False, True) if may_restart else (False,)
+            found += [Hypothesis(others, freed, again, level) for again in starts]
+        return found

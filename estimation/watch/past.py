@@ -1,0 +1,94 @@
+"""The rows that an alarm goes back over, and states to begin from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from models.arrays import Array
+from models.gaussian import GaussianState
+
+BETWEEN_ANCHORS = 50
+"""Rows from one state that is kept to the next: fewer make an alarm cheaper and keep more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """A row as it was given.
+
+    Parameters
+    ----------
+    time_s : s
+    y : (n_row,) with all its inputs
+    dropped : sensors whose reading was stuck or an outlier
+    """
+
+    time_s: float
+    y: Array
+    dropped: frozenset[int]
+
+
+@dataclass(frozen=True, eq=False)
+class Anchor:
+    """A state of the estimator.
+
+    Parameters
+    ----------
+    number : of rows before it
+    inner : the estimator's state
+    time_s : of its newest instant; None before the first row
+    gaussian : what it knows, where it was begun with that
+    """
+
+    number: int
+    inner: Any
+    time_s: float | None
+    gaussian: GaussianState | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Past:
+    """Rows since the oldest anchor, in the order in which they came."""
+
+    anchors: tuple[Anchor, ...]
+    rows: tuple[Row, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Number of all rows since the start."""
+        return self.anchors[0].number + len(self.rows)
+
+    def after(self, rows: tuple[Row, ...]) -> Past:
+        """Return it with more rows."""
+        return replace(self, rows=self.rows + rows)
+
+    def is_due(self) -> bool:
+        """Whether there is a state to keep."""
+        return self.count - self.anchors[-1].number >= BETWEEN_ANCHORS
+
+    def anchored(self, inner: Any, time_s: float, back_s: float) -> Past:
+        """Return it with a state behind its rows, without what nobody goes back to."""
+        anchors = (*self.anchors, Anchor(self.count, inner, time_s))
+        first = self.first_since(time_s - back_s)
+        usable = [i for i, each in enumerate(anchors) if is_before(each, first)]
+        oldest = usable[-1] if usable else 0
+        forgotten = anchors[oldest].number - anchors[0].number
+        return Past(anchors[oldest:], self.rows[forgotten:])
+
+    def first_since(self, time_s: float) -> int:
+        """Return the number of the first of the rows that are all not older than an instant."""
+        number = self.count
+        for row in reversed(self.rows):
+            if row.time_s < time_s:
+                break
+            number -= 1
+        return number
+
+    def since(self, number: int) -> tuple[Row, ...]:
+        """Return the rows from a number on."""
+        return self.rows[number - self.anchors[0].number :]
+
+
+def is_before(anchor: Anchor, number: int) -> bool:
+    """Whether what was known in front of a row follows from an anchor."""
+    return anchor.number < number or (anchor.number == number and anchor.gaussian is not None)

@@ -1,0 +1,329 @@
+"""What a watch remembers of each sensor, and how far from usual that is.
+
+Of a sample with innovation v and S = L Lᵀ over the rows that it has, z = L⁻¹ v, n rows, d² = zᵀ z.
+Per sensor and window, with a the weight of a sample:
+
+    m ← (1 - a) m + a z,    s ← (1 - a)² s + a²,    mean score |m|² / s
+    e ← (1 - a) e + a d²/n,                         energy score e
+
+|m|²/s is χ² with n degrees of freedom where z is white; e begins at zero, as nothing speaks against
+a sensor yet. A score is a statistic by its limit: above 1 is an alarm. Repeats are samples that
+equal the last, or the last but one, in all axes. They count as long as no `REPEATS_S` pass between
+two.
+
+Scalar recursions on one flat array, so that statistics.c says the same to the last bit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Container, Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from estimation.chosen import chosen
+from estimation.layout import Layout
+from estimation.watch.compiled import CompiledStatistics
+from estimation.watch.limits import MEASURES, WINDOWS_S, SensorLimits
+from models.arrays import Array
+from models.state_space import StateSpaceModel
+
+Numbers = Sequence[float] | Array
+Flat = list[float] | Array
+"""What is remembered: a flat array, or the same numbers as a list, which Python reads faster."""
+
+LIVELIER = 0.5
+"""Share of the largest clean energy that all inertial sensors have where a body moves more."""
+REPEATS_S = 0.5
+"""Between two repeats that count together."""
+
+
+class Calmer(NamedTuple):
+    """When a motion counts as calmer: after so long since an instant, with a factor on energies.
+
+    A factor of 0 is never.
+    """
+
+    since_s: float
+    after_s: float
+    factor: float
+
+
+NEVER_CALMER = Calmer(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Watchable:
+    """A sensor that is watched.
+
+    Parameters
+    ----------
+    index : among those of the model
+    is_inertial : whether it feels how the body moves
+    rows, columns : of the stacked residual and readings
+    limits : see `estimation.watch.limits`
+    """
+
+    index: int
+    is_inertial: bool
+    rows: range
+    columns: range
+    limits: SensorLimits
+
+
+class Statistics:
+    """The recursions of the module for the sensors of a model.
+
+    Parameters
+    ----------
+    limits : one per sensor of the model; None for one that is not watched
+    """
+
+    def __init__(self, model: StateSpaceModel, limits: Sequence[SensorLimits | None]) -> None:
+        self.model, self.windows, self.n_sensors = model, len(WINDOWS_S), len(model.sensors)
+        self.sensors, row, column = list[Watchable](), 0, 0
+        for index, (sensor, of_sensor) in enumerate(zip(model.sensors, limits, strict=True)):
+            rows, columns = range(row, row + sensor.n_r), range(column, column + sensor.n_y)
+            if of_sensor is not None:
+                feels = sensor.feels_gravity or sensor.reads_rate
+                self.sensors.append(Watchable(index, feels, rows, columns, of_sensor))
+            row, column = rows.stop, columns.stop
+        n, windows = self.n_sensors, self.windows
+        self.layout = Layout(
+            "Watch",
+            {
+                "samples": (n,),
+                "last": (model.n_y,),
+                "before_last": (model.n_y,),
+                "repeats": (n,),
+                "repeated_s": (n,),
+                "outliers": (n,),
+                "mean": (windows, model.n_r),
+                "share": (windows, n),
+                "energy": (windows, n),
+            },
+        )
+        self._start = {name: part.start for name, part in self.layout.slices.items()}
+        self._n_r = model.n_r
+        self._compiled = chosen(
+            lambda: CompiledStatistics(self, {"REPEATS_S": REPEATS_S}), lambda: None
+        )
+
+    def first(self) -> Array:
+        """Return what is remembered before any sample, (layout.size,)."""
+        memory = np.zeros(self.layout.size)
+        for block in ("last", "before_last", "repeated_s"):
+            self.layout.view(memory, block)[:] = np.nan
+        return memory
+
+    def repeats(self, memory: Flat, time_s: float, y: Numbers) -> list[int]:
+        """Take the readings of an instant into `memory`; return the sensors that are stuck."""
+        stuck, at = [], self._start
+        for sensor in self.sensors:
+            i, limit = sensor.index, sensor.limits.repeats
+            if limit == 0 or not all(math.isfinite(y[c]) for c in sensor.columns):
+                continue
+            last, before_last = at["last"], at["before_last"]
+            if all(y[c] == memory[last + c] for c in sensor.columns) or all(
+                y[c] == memory[before_last + c] for c in sensor.columns
+            ):
+                if not time_s - memory[at["repeated_s"] + i] <= REPEATS_S:
+                    memory[at["repeats"] + i] = 0.0
+                memory[at["repeats"] + i] += 1.0
+                memory[at["repeated_s"] + i] = time_s
+                if memory[at["repeats"] + i] >= limit:
+                    stuck.append(i)
+            for c in sensor.columns:
+                memory[before_last + c] = memory[last + c]
+                memory[last + c] = y[c]
+        return stuck
+
+    def distances(self, v: Numbers, S: Sequence[Numbers]) -> tuple[list[float], list[float]]:
+        """Return z (n_r,), NaN where there is no reading, and d² by its limit (n_sensors,).
+
+        The second is above 1 for an outlier, NaN for a sensor without a sample.
+        """
+        z, far = [math.nan] * self._n_r, [math.nan] * self.n_sensors
+        for sensor in self.sensors:
+            rows = [r for r in sensor.rows if not math.isnan(v[r])]
+            if not rows:
+                continue
+            L, squared = list[list[float]](), 0.0
+            for i, r in enumerate(rows):
+                left, row = v[r], list[float]()
+                for j in range(i):
+                    s = S[r][rows[j]]
+                    for k in range(j):
+                        s -= row[k] * L[j][k]
+                    row.append(s / L[j][j])
+                s = S[r][r]
+                for k in range(i):
+                    s -= row[k] * row[k]
+                    left -= row[k] * z[rows[k]]
+                row.append(math.sqrt(s) if s > 0 else math.nan)
+                L.append(row)
+                z[r] = left / row[i]
+                squared += z[r] * z[r]
+            far[sensor.index] = squared / sensor.limits.squared[len(rows) - 1]
+        return z, far
+
+    def take(self, memory: Flat, z: Numbers) -> None:
+        """Take an instant's z (n_r,), NaN where there is none, into `memory`."""
+        at, n = self._start, self.n_sensors
+        for sensor in self.sensors:
+            i = sensor.index
+            rows = [r for r in sensor.rows if not math.isnan(z[r])]
+            if not rows:
+                continue
+            squared = 0.0
+            for r in rows:
+                squared += z[r] * z[r]
+            squared /= len(rows)
+            for w, a in enumerate(sensor.limits.weights):
+                b, mean = 1.0 - a, at["mean"] + w * self._n_r
+                for r in rows:
+                    memory[mean + r] = b * memory[mean + r] + a * z[r]
+                share, energy = at["share"] + w * n + i, at["energy"] + w * n + i
+                memory[share] = b * b * memory[share] + a * a
+                memory[energy] = b * memory[energy] + a * squared
+            memory[at["samples"] + i] += 1.0
+
+    def outliers(self, memory: Numbers, far: Numbers) -> list[int]:
+        """Return the sensors whose sample is an outlier beside those before it.
+
+        A body that moves more than its model says is far off sample by sample: no outlier.
+        """
+        at, found = self._start, list[int]()
+        for sensor in self.sensors:
+            i = sensor.index
+            if far[i] > 1 and memory[at["samples"] + i] > 0:
+                energy = memory[at["energy"] + i] / sensor.limits.usual[len(WINDOWS_S)]
+                if far[i] > energy:
+                    found.append(i)
+        return found
+
+    def count_outliers(self, memory: Flat, far: Numbers, outliers: Container[int]) -> None:
+        """Count the outliers in a row; `far` as of `distances`."""
+        start = self._start["outliers"]
+        for sensor in self.sensors:
+            i = sensor.index
+            if not math.isnan(far[i]):
+                memory[start + i] = memory[start + i] + 1.0 if i in outliers else 0.0
+
+    def values(self, memory: Numbers) -> list[list[float]]:
+        """Return `MEASURES` of each sensor, (n_sensors, 4); zero without a sample."""
+        n, at, windows = self.n_sensors, self._start, len(WINDOWS_S)
+        values = [[0.0] * len(MEASURES) for _ in range(n)]
+        for sensor in self.sensors:
+            i = sensor.index
+            for w in range(windows):
+                share = memory[at["share"] + w * n + i]
+                if share > 0:
+                    mean, squared = at["mean"] + w * self._n_r, 0.0
+                    for r in sensor.rows:
+                        squared += memory[mean + r] * memory[mean + r]
+                    values[i][w] = squared / share
+                values[i][windows + w] = memory[at["energy"] + w * n + i]
+        return values
+
+    def scores(self, memory: Numbers) -> list[float]:
+        """Return the largest share of its limits that each sensor has, (n_sensors,)."""
+        values, scores = self.values(memory), [0.0] * self.n_sensors
+        outliers = self._start["outliers"]
+        for sensor in self.sensors:
+            i = sensor.index
+            score = memory[outliers + i] / sensor.limits.outliers
+            for value, limit in zip(values[i], sensor.limits.limit, strict=True):
+                score = max(score, value / limit)
+            scores[i] = score
+        return scores
+
+    def is_livelier(self, memory: Numbers, sensors: Iterable[int]) -> bool:
+        """Whether all of some sensors have about as much energy as clean data ever had, or more."""
+        values, windows = self.values(memory), len(WINDOWS_S)
+        energies = [
+            max(
+                values[each.index][windows + w] / each.limits.usual[windows + w]
+                for w in range(windows)
+            )
+            for each in self.sensors
+            if each.index in sensors
+        ]
+        return bool(energies) and min(energies) > LIVELIER
+
+    def clean(
+        self,
+        memory: Array,
+        newest_s: float,
+        time_s: Array,
+        y: Array,
+        v: Array,
+        S: Array,
+        calmer: Calmer = NEVER_CALMER,
+    ) -> int:
+        """Take instants into `memory` up to the first in which something stands out.
+
+        That is a sensor that is stuck, an outlier, a score above 1, or that all would be usual in a
+        calmer motion. Returns how many they are.
+
+        Parameters
+        ----------
+        newest_s : the newest instant before
+        time_s, y : (n,), (n, n_row)
+        v, S : (n, n_r), (n, n_r, n_r) of the estimates
+        """
+        if self._compiled is not None:
+            return self._compiled.clean(memory, newest_s, time_s, y, v, S, calmer)
+        now = memory.tolist()
+        rows = zip(time_s.tolist(), y.tolist(), v.tolist(), S.tolist(), strict=True)
+        for k, (t, *row) in enumerate(rows):
+            before = now.copy()
+            if not self._is_clean(now, t < newest_s, t, *row) or (
+                calmer.factor > 0
+                and not t - calmer.since_s < calmer.after_s
+                and self.is_calm(now, calmer.factor)
+            ):
+                memory[:] = before
+                return k
+            newest_s = max(newest_s, t)
+        memory[:] = now
+        return len(time_s)
+
+    def _is_clean(
+        self,
+        memory: list[float],
+        is_late: bool,
+        t: float,
+        y: Numbers,
+        v: Numbers,
+        S: Sequence[Numbers],
+    ) -> bool:
+        if not is_late and self.repeats(memory, t, y):
+            return False
+        z, far = self.distances(v, S)
+        if self.outliers(memory, far):
+            return False
+        self.take(memory, z)
+        self.count_outliers(memory, far, ())
+        return not max(self.scores(memory)) > 1
+
+    def is_calm(self, memory: Numbers, factor: float) -> bool:
+        """Whether all inertial sensors would be usual, were their energy larger by a factor."""
+        values = self.values(memory)
+        return all(
+            factor * values[each.index][-1] <= each.limits.usual[-1]
+            for each in self.sensors
+            if each.is_inertial
+        )
+
+    def forget(self, memory: Array, sensor: int) -> None:
+        """Forget a sensor's samples, its repeats aside."""
+        view = self.layout.view
+        rows = next(each.rows for each in self.sensors if each.index == sensor)
+        for block in ("samples", "outliers"):
+            view(memory, block)[sensor] = 0.0
+        for block in ("share", "energy"):
+            view(memory, block)[:, sensor] = 0.0
+        view(memory, "mean")[:, rows.start : rows.stop] = 0.0

@@ -1,0 +1,150 @@
+"""The faults of the table, done to a recording: readings and stamps, nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.arrays import Array
+from models.random_streams import seed_sequence, stream
+from models.state_space import StateSpaceModel
+from suites.faults.inject_readings import READINGS, Readings, swapped
+from suites.faults.protocol import targets_of
+from suites.faults.stream import Stream
+from suites.faults.table import Fault
+
+INSTANT_S = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class _Hit:
+    """A stream, and the sensors in it that a fault hits."""
+
+    stream: Stream
+    fault: Fault
+    model: StateSpaceModel
+    sensors: tuple[str, ...]
+    seed: int
+
+    def within(self, time_s: Array) -> NDArray[np.int64]:
+        """Return the rows of stamps (n,) within the fault's time, its end not included.
+
+        Of a fault at single instants all from its begin on.
+        """
+        later, fault = time_s >= self.fault.at_s - INSTANT_S, self.fault
+        before = time_s < fault.end_s - INSTANT_S
+        return np.flatnonzero(later if fault.is_at_instants else later & before)
+
+    def rng(self, purpose: str) -> np.random.Generator:
+        return stream(seed_sequence(self.seed), f"{self.fault.key} of {purpose}")
+
+
+def injected(fault: Fault, clean: Stream, model: StateSpaceModel, seed: int) -> Stream:
+    """Return the rows of a fault-free recording as a fault leaves them.
+
+    Parameters
+    ----------
+    seed : of what is random about the fault
+    """
+    of = targets_of(model, fault.of)
+    assert of, f"{fault.key}: {model.name} has no {fault.of}"
+    given = _Hit(clean, fault, model, of, seed)
+    return INJECTIONS[fault.does](given)
+
+
+def _of_readings(change: Callable[[Readings], Array]) -> Callable[[_Hit], Stream]:
+    def inject(given: _Hit) -> Stream:
+        found = given.stream
+        for name in given.sensors:
+            time_s, values = given.stream.sensor(name)
+            hit = given.within(time_s)
+            sensor = given.model.sensor(name)
+            changed = change(Readings(given.fault, sensor, time_s, values, hit, given.rng(name)))
+            found = found.changed(name, given.stream.rows_of(name)[hit], changed)
+        return found
+
+    return inject
+
+
+def hole(given: _Hit) -> Stream:
+    """No instants at all."""
+    rows = np.arange(len(given.stream.time_s))
+    return given.stream.taken(np.setdiff1d(rows, given.within(given.stream.time_s)))
+
+
+def switched_on(given: _Hit) -> Stream:
+    """Nothing before it begins."""
+    return given.stream.taken(given.within(given.stream.time_s))
+
+
+def jitter(given: _Hit) -> Stream:
+    """Stamps off by up to a size either way, then sorted; readings stay in their order."""
+    rows, size = given.within(given.stream.time_s), given.fault.size
+    time_s = given.stream.time_s.copy()
+    time_s[rows] += given.rng("stamps").uniform(-size, size, len(rows))
+    return Stream(np.sort(time_s), given.stream.readings)
+
+
+def late(given: _Hit) -> Stream:
+    """Stamps of some sensors a size later, those of the others as they were."""
+    parts = {name: given.stream.sensor(name) for name in given.stream.readings}
+    for name in given.sensors:
+        time_s, values = parts[name]
+        parts[name] = (time_s + given.fault.size, values)
+    return Stream.merged(parts)
+
+
+def thinned(given: _Hit) -> Stream:
+    """A sensor's first reading of each period of a rate in Hz, and no other."""
+    parts = {}
+    for name in given.stream.readings:
+        time_s, values = given.stream.sensor(name)
+        period = np.floor((time_s + 1e-9) * given.fault.size)
+        kept = np.diff(period, prepend=-1.0) > 0
+        parts[name] = (time_s[kept], values[kept])
+    return Stream.merged(parts)
+
+
+def twice_at_once(given: _Hit) -> Stream:
+    """Every row twice under one stamp."""
+    counts = np.ones(len(given.stream.time_s), dtype=int)
+    counts[given.within(given.stream.time_s)] = 2
+    return given.stream.taken(np.repeat(np.arange(len(counts)), counts))
+
+
+def twice_later(given: _Hit) -> Stream:
+    """Every reading again half a period of its sensor later."""
+    parts = {}
+    for name in given.stream.readings:
+        time_s, values = given.stream.sensor(name)
+        hit, rate_hz = given.within(time_s), given.model.sensor(name).rate_hz
+        assert rate_hz is not None
+        again = time_s[hit] + 0.5 / rate_hz
+        parts[name] = (np.append(time_s, again), np.vstack([values, values[hit]]))
+    return Stream.merged(parts)
+
+
+def swapped_rows(given: _Hit) -> Stream:
+    """Neighbouring rows arrive in each other's place, with their stamps."""
+    rows, hit = np.arange(len(given.stream.time_s)), given.within(given.stream.time_s)
+    rows[hit] = swapped(hit)
+    return given.stream.taken(rows)
+
+
+INJECTIONS: Mapping[str, Callable[[_Hit], Stream]] = MappingProxyType(
+    {
+        **{name: _of_readings(change) for name, change in READINGS.items()},
+        **{
+            each.__name__: each
+            for each in (
+                *(hole, switched_on, jitter, late, thinned),
+                *(twice_at_once, twice_later, swapped_rows),
+            )
+        },
+    }
+)
+"""What a fault does → how."""
