@@ -13,6 +13,8 @@ from suites.faults.cells import Bench, bare, bench_of
 
 SEEDS = 10
 """Of the full table; fewer show a part of it."""
+IN_PART = "ekf"
+"""The estimator that is shown then."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +50,12 @@ CONTENDERS: Mapping[str, Contender] = MappingProxyType(
     {
         REFERENCE: Contender(REFERENCE, most_seeds=1, is_judged_clean=False),
         **{
-            name: Contender(name, in_part=name in ("mhe-rti", "ekf"))
+            name: Contender(name, in_part=name == IN_PART)
             for name in reversed(BENCHMARK_ESTIMATORS)
         },
         **{
             without_watch(name): Contender(
-                name, is_watched=False, most_seeds=3, in_part=name == "ekf", is_judged_clean=False
+                name, is_watched=False, most_seeds=3, in_part=name == IN_PART, is_judged_clean=False
             )
             for name in reversed(BENCHMARK_ESTIMATORS)
         },

@@ -71,7 +71,7 @@ SUITE = Suite(
         "the angles, + 0.5 mm of the tip. Quantities that are 1 or 0 are 1 where a run fails. "
         f"From {SEEDS} seeds on the whole table runs (mhe-ipopt with N = 8 on one seed, not "
         "watched on three) and a quarter of an hour without a fault per seed and speed; below, one "
-        "seed of the first fault of each row, with all sensors."
+        "seed of the first fault of each row, with all sensors, on the EKF."
     ),
     tasks=tasks,
     run=run,
