@@ -131,7 +131,7 @@ class Score:
     @property
     def is_silent_wrong(self) -> bool:
         """Whether it is a silent wrong answer, as a run that broke off is."""
-        return self.silent_s > SILENT_S
+        return self.silent_s > SILENT_S + INSTANT_S
 
 
 def score(errors: Errors, clean: Errors, fault: Fault) -> Score:
