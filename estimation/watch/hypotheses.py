@@ -71,7 +71,19 @@ class Causes:
             if kept:
                 yield [Hypothesis(out | {i}, frozenset(), is_restart, level) for i in others]
 
-    def returning(self, others: frozenset[int], sensor: int, level: int) -> list[Hypothesis]:
+    def returning(
+        self,
+        others: frozenset[int],
+        sensor: int,
+        level: int,
+        *,
+        has_freed: bool,
+        may_restart: bool,
+    ) -> list[Hypothesis]:
         """Return hypotheses that a sensor that was left out is right again."""
-        free = [frozenset({sensor})] if sensor in self._with_bias else []
-        return [Hypothesis(others, each, level=level) for each in (frozenset[int](), *free)]
+        found = [Hypothesis(others, level=level)]
+        freed = frozenset({sensor}) if sensor in self._with_bias else frozenset[int]()
+        if has_freed:
+            starts = (False, True) if may_restart else (False,)
+            found += [Hypothesis(others, freed, again, level) for again in starts]
+        return found

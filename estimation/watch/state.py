@@ -19,12 +19,11 @@ class LeftOut:
 
     Parameters
     ----------
-    since_s, retry_s : when that began, and when it is tried by force
+    retry_s : when it is tried again
     tries : how often it was
     """
 
     sensor: int
-    since_s: float
     retry_s: float
     tries: int = 0
 
@@ -38,7 +37,7 @@ class WatchState:
     inner : the state of the estimator that is watched
     level : of that estimator, see `estimation.watch.livelier`
     prior : what it was begun with
-    memory, probe : of the statistics: of what is used, and of what is left out
+    memory : of the statistics
     past : what an alarm goes back over
     out : sensors that are left out
     known : (n_x,) components that were known once, see `estimation.watch.reach`
@@ -49,7 +48,7 @@ class WatchState:
     calm_s : until when nothing is judged
     quiet_s : until when no alarm is followed
     freed_s, doubted_s : (n_sensors,) when a bias was freed, until when a sensor is spoken of
-    blamed_s : (n_sensors,) when it was last left out
+    blamed : (n_sensors,) when each was last left out, and how long at least
     level_s : since when the level is what it is
     tried : hypotheses of an alarm that its deadline has not let wait
     """
@@ -57,13 +56,12 @@ class WatchState:
     inner: Any
     prior: GaussianState
     memory: Array
-    probe: Array
     past: Past
     known: NDArray[np.bool_]
     std: Array
     freed_s: Array
     doubted_s: Array
-    blamed_s: Array
+    blamed: tuple[tuple[float, float], ...]
     level: int = 0
     out: tuple[LeftOut, ...] = ()
     is_lost: bool = False

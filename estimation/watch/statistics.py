@@ -209,14 +209,3 @@ class Statistics:
         for block in ("share", "energy"):
             view(memory, block)[:, sensor] = 0.0
         view(memory, "mean")[:, rows.start : rows.stop] = 0.0
-
-    def give(self, memory: Array, other: Array, sensor: int) -> None:
-        """Take what another memory has of a sensor's samples."""
-        view = self.layout.view
-        rows = next(each.rows for each in self.sensors if each.index == sensor)
-        for block in ("samples", "outliers"):
-            view(memory, block)[sensor] = view(other, block)[sensor]
-        for block in ("share", "energy"):
-            view(memory, block)[:, sensor] = view(other, block)[:, sensor]
-        part = slice(rows.start, rows.stop)
-        view(memory, "mean")[:, part] = view(other, "mean")[:, part]

@@ -38,10 +38,14 @@ SPOKEN_S = 1.0
 """So long a sensor is flagged whose bias was freed."""
 FREED_AGAIN_S = 4.0
 """So long a bias is not freed again."""
-PROBED_S = 0.5
-"""A sensor that is left out is taken back after so long at the earliest."""
-RETRY_S, LONGEST_RETRY_S = 2.0, 16.0
-"""When a sensor that is left out is tried by force: after so long, each time twice that."""
+RETURN_S, RETURNS = 1.0, 0.6
+"""A sensor that is left out is taken back when so many seconds with it fit so well."""
+RETRY_S, LONGEST_RETRY_S, AGAIN_S = 1.0, 8.0, 0.5
+"""That is first tried after so long, each time that it is blamed again twice that, and so often."""
+FREED_TRIES = 4
+"""Each so manieth time its bias may be anything, and the state is begun again."""
+FORGIVEN_S = 10.0
+"""A sensor that has been right for so long has never been blamed."""
 GAP_S = 0.05
 """A step that is longer may lose what was known."""
 LEVEL_S = 3.0
@@ -77,13 +81,12 @@ class Watched:
             inner=inner,
             prior=known,
             memory=self._statistics.first(),
-            probe=self._statistics.first(),
             past=Past((Anchor(0, inner, None, known),)),
             known=known.std < self._reach.found,
             std=known.std,
             freed_s=np.full(self._n, -np.inf),
             doubted_s=np.full(self._n, -np.inf),
-            blamed_s=np.full(self._n, -np.inf),
+            blamed=((-np.inf, RETRY_S),) * self._n,
         )
 
     def step(self, state: WatchState, measurement: Measurement) -> tuple[WatchState, Estimate]:
@@ -97,15 +100,12 @@ class Watched:
         state = replace(state, memory=state.memory.copy(), time_s=state.time_s if is_late else t)
         stuck = [] if is_late else self._statistics.repeats(state.memory, t, y)
         dropped = frozenset(stuck) - state.left_out
-        before = state.inner
         state, estimate, outliers = self._taken(state, t, y, dropped)
         state = replace(
             state, past=state.past.after((Row(t, y, dropped | outliers),)), std=estimate.state.std
         )
-        if state.out:
-            if any(self._replays.has_reading(y, each.sensor) for each in state.out):
-                state = self._probed(state, before, t, self._replays.without(y, dropped))
-            state, estimate = self._taken_back(state, t, estimate)
+        if any(t >= each.retry_s for each in state.out) and not is_late:
+            state, estimate = self._tried_again(state, t, estimate)
         if t >= state.quiet_s and t >= state.calm_s:
             state, estimate = self._explained(state, t, estimate)
         state = self._known(state)
@@ -176,56 +176,28 @@ class Watched:
             samples[~np.isnan(far)] += 1
         return replace(state, inner=inner), estimate, outliers
 
-    def _taken_back(
+    def _tried_again(
         self, state: WatchState, t: float, estimate: Estimate
     ) -> tuple[WatchState, Estimate]:
-        """Take those sensors back that fit again; after a while try by force."""
-        back = [each for each in state.out if self._is_back(state, each, t)]
-        if back:
-            memory = state.memory.copy()
-            for each in back:
-                self._statistics.give(memory, state.probe, each.sensor)
-            out = tuple(each for each in state.out if each not in back)
-            return replace(state, memory=memory, out=out), estimate
-        due = [each for each in state.out if t >= each.retry_s]
-        if due and t >= state.quiet_s:
-            return self._tried_again(state, t, due[0], estimate)
-        return state, estimate
-
-    def _probed(self, state: WatchState, before: Any, t: float, y: Array) -> WatchState:
-        """Return the state with what its sensors that are left out would have said.
-
-        Parameters
-        ----------
-        before : the estimator's state before the row
-        """
-        _, estimate = self._levels[state.level].step(before, Measurement(t, y))
-        z, far = self._distances(estimate)
-        probe = state.probe.copy()
-        self._statistics.take(probe, z)
-        self._statistics.count_outliers(probe, far)
-        return replace(state, probe=probe)
-
-    def _is_back(self, state: WatchState, out: LeftOut, t: float) -> bool:
-        if t - out.since_s < PROBED_S:
-            return False
-        samples = self._statistics.layout.view(state.probe, "samples")[out.sensor]
-        return bool(samples > 3 and self._statistics.scores(state.probe)[out.sensor] < FITS)
-
-    def _tried_again(
-        self, state: WatchState, t: float, out: LeftOut, estimate: Estimate
-    ) -> tuple[WatchState, Estimate]:
-        """Replay with a sensor that is left out, its bias freed."""
-        others = state.left_out - {out.sensor}
-        start = self._replays.start(state.past, state.level, self.config.replay_s)
-        for hypothesis in self._causes.returning(others, out.sensor, state.level):
-            found = self._replay(state, start, hypothesis, frozenset())
-            if found is not None and found.fits:
+        """Replay with a sensor that is left out; take it back where all fits."""
+        out = next(each for each in state.out if t >= each.retry_s)
+        has_freed = (out.tries + 1) % FREED_TRIES == 0
+        back_s = self.config.replay_s if has_freed else min(RETURN_S, self.config.replay_s)
+        start = self._replays.start(state.past, state.level, back_s)
+        hypotheses = self._causes.returning(
+            state.left_out - {out.sensor},
+            out.sensor,
+            state.level,
+            has_freed=has_freed,
+            may_restart=self.config.on_lost == "restart",
+        )
+        for hypothesis in hypotheses:
+            found = self._replay(state, start, hypothesis, frozenset({out.sensor}))
+            if found is not None and found.score < RETURNS:
                 return self._adopted(state, t, found), found.estimate
-        wait = min(RETRY_S * 2 ** (out.tries + 1), LONGEST_RETRY_S)
-        again = replace(out, retry_s=t + wait, tries=out.tries + 1)
+        again = replace(out, retry_s=t + AGAIN_S, tries=out.tries + 1)
         rest = tuple(again if each is out else each for each in state.out)
-        return replace(state, out=rest, quiet_s=t + QUIET_S), estimate
+        return replace(state, out=rest), estimate
 
     def _replay(
         self, state: WatchState, start: Anchor, hypothesis: Hypothesis, undropped: frozenset[int]
@@ -283,7 +255,7 @@ class Watched:
         """Return the state behind a replay: what it found, it goes on with."""
         hypothesis = found.hypothesis
         freed, doubted = state.freed_s.copy(), state.doubted_s.copy()
-        blamed, probe = state.blamed_s.copy(), state.probe.copy()
+        blamed = list(state.blamed)
         for i in hypothesis.freed:
             freed[i], doubted[i] = t, t + SPOKEN_S
         memory = found.memory.copy()
@@ -292,9 +264,10 @@ class Watched:
             view(memory, block)[:] = view(state.memory, block)
         out = [each for each in state.out if each.sensor in hypothesis.left_out]
         for i in sorted(hypothesis.left_out - state.left_out):
-            self._statistics.forget(probe, i)
-            out.append(LeftOut(i, t, t + RETRY_S))
-            blamed[i] = t
+            last_s, wait_s = blamed[i]
+            wait_s = RETRY_S if t - last_s > FORGIVEN_S else min(2 * wait_s, LONGEST_RETRY_S)
+            out.append(LeftOut(i, t + wait_s))
+            blamed[i] = (t, wait_s)
         past = Past((found.anchor,), state.past.since(found.anchor.number))
         return replace(
             state,
@@ -302,7 +275,6 @@ class Watched:
             level=hypothesis.level,
             level_s=t if hypothesis.level != state.level else state.level_s,
             memory=memory,
-            probe=probe,
             past=past,
             out=tuple(out),
             std=found.estimate.state.std,
@@ -310,7 +282,7 @@ class Watched:
             is_unexplained=False,
             freed_s=freed,
             doubted_s=doubted,
-            blamed_s=blamed,
+            blamed=tuple(blamed),
             quiet_s=t + QUIET_S,
             tried=0,
         )
