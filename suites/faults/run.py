@@ -19,12 +19,13 @@ from suites.faults.table import fault_named
 from suites.faults.told import Told
 
 SHOWN: Mapping[str, str] = MappingProxyType(
-    {
-        "hole, all, 2 s": "elevation_rad",
-        "stuck, imu, 1 s": "elevation_rad",
-        "bias step, accel, 2 m/s², to the end": "elevation_rad",
-        "unit, gyro, deg/s, 1 s": "elevation_rad",
-    }
+    dict.fromkeys(
+        (
+            *("hole, all, 10 s", "unit, accel, g, 1 s"),
+            *("bias step, gyro, 5 deg/s, to the end", "flipped, gyro, y all along"),
+        ),
+        "elevation_rad",
+    )
 )
 """Fault → angle whose error figures show over time."""
 SHOWN_SENSORS, SHOWN_ESTIMATORS = "accel+gyro+camera", ("ekf", without_watch("ekf"))
