@@ -18,6 +18,7 @@ from commands.recording_options import RecordingOptions
 from commands.sentences import one_sentence
 from commands.setting_options import check_options, settings_group
 from estimation.apart import check_apart
+from estimation.watch.config import ON_LOST
 from models.errors import InputError
 from models.pen_file import load_pen, pen_paths
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from recordings.thinning import CameraThinning
 
 EstimatorName = StrEnum("EstimatorName", {name: name for name in ESTIMATORS})  # type: ignore[misc]
+OnLostName = StrEnum("OnLostName", {name: name for name in ON_LOST})  # type: ignore[misc]
 DEFAULT = EstimatorName(DEFAULT_ESTIMATOR)
 
 
@@ -63,6 +65,24 @@ class UsedPart:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Watching:
+    """Whether readings are tested, and what is done where the estimate is lost."""
+
+    watch: Annotated[
+        bool | None,
+        typer.Option(
+            "--watch/--no-watch",
+            help="Test readings, leave out sensors that lie, start again where lost; by default, "
+            "unless --smooth.",
+        ),
+    ] = None
+    on_lost: Annotated[
+        OnLostName | None,
+        typer.Option(help="Start again from the prior, or only say so; restart by default."),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Written:
     """What is written."""
 
@@ -75,6 +95,7 @@ class Written:
     written=fields_group(Written),
     settings=settings_group(),
     part=fields_group(UsedPart),
+    watching=fields_group(Watching),
 )
 def estimate(
     source: Source,
@@ -83,12 +104,14 @@ def estimate(
     *,
     settings: dict[str, Any],
     part: UsedPart,
+    watching: Watching,
 ) -> None:
     """Estimate the motion of a pen from a recording.
 
     Writes one row per IMU sample: time_s, the states, their standard
-    deviations (…_std), status, iterations and step_time_s; where a row
-    was told later than the instant it speaks of, arrival_s too.
+    deviations (…_std), status, flagged (accel:stuck+camera:outlier),
+    iterations and step_time_s; where a row was told later than the instant
+    it speaks of, arrival_s too. Readings are tested (--no-watch does not).
     """
     # Tables and figures are slow to import: only where a command needs them.
     from pen_mhe.estimate_run import estimate_recording
@@ -122,6 +145,8 @@ def estimate(
                 rest=source.rest,
                 smooth=part.smooth,
                 causal=part.causal,
+                watch=watching.watch,
+                on_lost=watching.on_lost and watching.on_lost.value,
             )
         write_table(result.output.to_pandas(), written.output)
         if written.figure is not None:

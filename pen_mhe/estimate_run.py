@@ -23,32 +23,12 @@ from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, seen_only, state_err
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_filter, create_estimator
 from pen_mhe.run_result import EstimateRun
 from pen_mhe.sensor_verdict import judge
+from pen_mhe.used_sensors import default_sensors, with_told_rest
+from pen_mhe.watching import as_asked
 from recordings.ink import ink_match
 from recordings.read import read_written
 from recordings.thinning import CameraThinning, left_out_error, thinned
 from recordings.written import WrittenRecording
-
-
-def default_sensors(pen: PenConfig, recording: Recording) -> tuple[str, ...]:
-    """Return the pen's sensors that the recording has."""
-    return tuple(name for name in pen.sensors if name in recording.readings)
-
-
-def with_told_rest(
-    pen: PenConfig, recording: Recording, sensors: Sequence[str]
-) -> tuple[PenConfig, tuple[str, ...]]:
-    """Return pen and sensors with rest as the recording tells it; as they are where it does not.
-
-    The pen's sensor of rest is then read instead of detected, and goes with any gyroscope.
-    """
-    told = {
-        name: sensor.model_copy(update={"is_detected": False})
-        for name, sensor in pen.sensors.items()
-        if sensor.makes_readings and name in recording.readings
-    }
-    has_rate = any(pen.sensors[name].reads_rate for name in sensors if name in pen.sensors)
-    more = [name for name in told if has_rate and name not in sensors]
-    return pen.model_copy(update={"sensors": {**pen.sensors, **told}}), (*sensors, *more)
 
 
 def estimate_recording(
@@ -65,6 +45,8 @@ def estimate_recording(
     rest: bool = True,
     smooth: bool = False,
     causal: bool = False,
+    watch: bool | None = None,
+    on_lost: str | None = None,
 ) -> EstimateRun:
     """Estimate a recording and compare with whatever reference it brings.
 
@@ -82,6 +64,8 @@ def estimate_recording(
     smooth : go back over a filter's estimates, so that each knows the whole recording; output, ink
         and errors are those
     causal : see `estimation.estimator.run`; ``lag_samples`` are then the fastest sensor's
+    watch, on_lost : whether readings are tested and what is then done, see `pen_mhe.watching`;
+        by default it is watched, unless it is smoothed
 
     Raises
     ------
@@ -118,7 +102,7 @@ def estimate_recording(
     times, given = used.sensor(fastest)[0], dict(settings or {})
     if causal:
         lag, given = causal_lags(estimator, given, used, fastest)
-    built = create_estimator(estimator, model, **given)
+    built = as_asked(create_estimator(estimator, model, **given), watch, smooth, on_lost)
     keeps = smooth or _has_nees(model, used)
     steps = len(used.as_arrived(model)[0]) if causal else len(used.time_s)
     on_progress = on_start(steps) if on_start else None
@@ -166,6 +150,8 @@ def estimate(
     rest: bool = True,
     smooth: bool = False,
     causal: bool = False,
+    watch: bool | None = None,
+    on_lost: str | None = None,
     **settings: Any,
 ) -> EstimateRun:
     """Estimate a recording in one call, and judge it by whatever reference it brings.
@@ -179,7 +165,7 @@ def estimate(
     estimator : one of `pen_mhe.estimators.ESTIMATORS`
     units : of a file's columns, see `recordings.read.read_written`
     thinning, duration_s : see `estimate_recording`
-    writing_area, rest, smooth, causal : see `estimate_recording`
+    writing_area, rest, smooth, causal, watch, on_lost : see `estimate_recording`
     settings : of the estimator, see `pen_mhe.estimators.create_estimator`
 
     Raises
@@ -208,6 +194,8 @@ def estimate(
         rest=rest,
         smooth=smooth,
         causal=causal,
+        watch=watch,
+        on_lost=on_lost,
     )
 
 

@@ -44,7 +44,13 @@ class Causes:
         return self._inertial
 
     def tiers(
-        self, out: frozenset[int], level: int, *, may_free: list[int], may_restart: bool
+        self,
+        out: frozenset[int],
+        level: int,
+        *,
+        may_free: list[int],
+        may_restart: bool,
+        is_livelier: bool,
     ) -> Iterator[list[Hypothesis]]:
         """Yield groups of equally simple hypotheses, the simplest first.
 
@@ -53,23 +59,32 @@ class Causes:
         out : sensors that are left out already
         level : how lively the motion is taken to be now
         may_free : sensors whose biases were not freed lately
+        is_livelier : whether all inertial sensors say that it moves more than usual
         """
         kept = [i for i in self._inertial if i not in out]
         free = [i for i in self._with_bias if i in may_free and i not in out]
         others = [i for i in self._others if i not in out]
         starts = (False, True) if may_restart else (False,)
         for is_restart in starts:
+            if is_livelier:
+                yield from self._livelier(out, level, is_restart)
             if is_restart:
                 yield [Hypothesis(out, is_restart=True, level=level)]
             yield [Hypothesis(out, frozenset({i}), is_restart, level) for i in free]
             if len(kept) + len(others) > 1:
                 yield [Hypothesis(out | {i}, frozenset(), is_restart, level) for i in kept]
-            for more in range(level + 1, self._n_levels):
-                yield [Hypothesis(out, frozenset(), is_restart, more)]
+            if not is_livelier:
+                yield from self._livelier(out, level, is_restart)
             if len(kept) > 1 and others:
                 yield [Hypothesis(out | set(kept), frozenset(), is_restart, level)]
             if kept:
                 yield [Hypothesis(out | {i}, frozenset(), is_restart, level) for i in others]
+
+    def _livelier(
+        self, out: frozenset[int], level: int, is_restart: bool
+    ) -> Iterator[list[Hypothesis]]:
+        for more in range(level + 1, self._n_levels):
+            yield [Hypothesis(out, frozenset(), is_restart, more)]
 
     def returning(
         self,

@@ -43,6 +43,7 @@ class Reach:
         self.components = np.flatnonzero(np.isfinite(self.lost))
         biases = {name for sensor in model.sensors for name in sensor.bias_states}
         self.is_bias = np.array([name in biases for name in model.state_names])
+        self.moves: NDArray[np.bool_] = ~self.is_bias & ~np.isfinite(self.lost)
 
     def is_beyond(self, std: Array, known: NDArray[np.bool_]) -> bool:
         """Whether a component that was known is not any more; std and known (n_x,)."""

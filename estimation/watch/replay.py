@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +13,7 @@ from estimation.estimate import Estimate
 from estimation.estimator import BatchEstimator
 from estimation.recording import Measurement
 from estimation.watch.hypotheses import Hypothesis
-from estimation.watch.livelier import Levels
+from estimation.watch.livelier import LEVELS, Levels
 from estimation.watch.past import Anchor, Past, Row, is_before
 from estimation.watch.reach import Reach
 from estimation.watch.statistics import Statistics
@@ -60,7 +61,7 @@ class Replays:
     def __init__(self, model: StateSpaceModel, levels: Levels, statistics: Statistics) -> None:
         self._model, self._levels, self._statistics = model, levels, statistics
         ends = np.cumsum([0, *(sensor.n_y for sensor in model.sensors)])
-        self._columns = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self._columns = [slice(a, b) for a, b in itertools.pairwise(ends)]
         names = model.state_names
         self._biases = [[names.index(b) for b in sensor.bias_states] for sensor in model.sensors]
 
@@ -98,17 +99,19 @@ class Replays:
         *,
         reach: Reach,
         prior: GaussianState,
+        level: int,
         undropped: frozenset[int],
     ) -> Replayed | None:
         """Return what becomes of the rows since `start`; None where that is no start.
 
         Parameters
         ----------
+        level : at which `start` was found
         undropped : sensors whose outliers are taken
         """
         assert start.gaussian is not None
         estimator = self._levels[hypothesis.level]
-        known = self._changed(start.gaussian, hypothesis, reach, prior)
+        known = self._changed(start.gaussian, hypothesis, reach, prior, level)
         rows = past.since(start.number)
         try:
             first = inner = estimator.init(known)
@@ -132,17 +135,25 @@ class Replays:
             estimate.innovation.tolist(), estimate.innovation_covariance.tolist()
         )
         self._statistics.take(memory, z)
-        self._statistics.count_outliers(memory, far)
+        self._statistics.count_outliers(memory, far, self._statistics.outliers(memory, far))
         anchor = Anchor(start.number, first, start.time_s, known)
         score = self._score(memory, hypothesis.left_out)
         return Replayed(hypothesis, anchor, inner, estimate, np.array(memory), score)
 
     def _changed(
-        self, known: GaussianState, hypothesis: Hypothesis, reach: Reach, prior: GaussianState
+        self,
+        known: GaussianState,
+        hypothesis: Hypothesis,
+        reach: Reach,
+        prior: GaussianState,
+        level: int,
     ) -> GaussianState:
         if hypothesis.is_restart:
             known = reach.restarted(known, prior)
         P = known.covariance.copy()
+        if hypothesis.level > level:
+            wider = np.where(reach.moves, LEVELS[hypothesis.level] / LEVELS[level], 1.0)
+            P *= np.outer(wider, wider)
         for sensor in hypothesis.freed:
             for i in self._biases[sensor]:
                 P[i, i] += FREED**2 * prior.covariance[i, i]

@@ -1,4 +1,4 @@
-"""What a watch knows between two steps: a value, like the state of the estimator that it watches."""
+"""What a watch knows between two steps: a value, as is the state of what it watches."""
 
 from __future__ import annotations
 

@@ -7,21 +7,25 @@ Per sensor and window, with a the weight of a sample:
     e ← (1 - a) e + a d²/n,                         energy score e
 
 |m|²/s is χ² with n degrees of freedom where z is white; e begins at zero, as nothing speaks against
-a sensor yet. A score is a statistic by its limit: above 1 is an alarm. Repeats are samples that equal the last, or the last but one, in all axes. They count
-as long as no `REPEATS_S` pass between two.
+a sensor yet. A score is a statistic by its limit: above 1 is an alarm. Repeats are samples that
+equal the last, or the last but one, in all axes. They count as long as no `REPEATS_S` pass between
+two.
 
-Scalar recursions on one flat array, so that C says the same to the last bit.
+Scalar recursions on one flat array, so that statistics.c says the same to the last bit.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from estimation.chosen import chosen
 from estimation.layout import Layout
+from estimation.watch.compiled import CompiledStatistics
 from estimation.watch.limits import MEASURES, WINDOWS_S, SensorLimits
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -30,8 +34,24 @@ Numbers = Sequence[float] | Array
 Flat = list[float] | Array
 """What is remembered: a flat array, or the same numbers as a list, which Python reads faster."""
 
+LIVELIER = 0.5
+"""Share of the largest clean energy that all inertial sensors have where a body moves more."""
 REPEATS_S = 0.5
 """Between two repeats that count together."""
+
+
+class Calmer(NamedTuple):
+    """When a motion counts as calmer: after so long since an instant, with a factor on energies.
+
+    A factor of 0 is never.
+    """
+
+    since_s: float
+    after_s: float
+    factor: float
+
+
+NEVER_CALMER = Calmer(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -41,11 +61,13 @@ class Watchable:
     Parameters
     ----------
     index : among those of the model
+    is_inertial : whether it feels how the body moves
     rows, columns : of the stacked residual and readings
     limits : see `estimation.watch.limits`
     """
 
     index: int
+    is_inertial: bool
     rows: range
     columns: range
     limits: SensorLimits
@@ -60,14 +82,15 @@ class Statistics:
     """
 
     def __init__(self, model: StateSpaceModel, limits: Sequence[SensorLimits | None]) -> None:
-        self.n_sensors = len(model.sensors)
+        self.model, self.windows, self.n_sensors = model, len(WINDOWS_S), len(model.sensors)
         self.sensors, row, column = list[Watchable](), 0, 0
         for index, (sensor, of_sensor) in enumerate(zip(model.sensors, limits, strict=True)):
             rows, columns = range(row, row + sensor.n_r), range(column, column + sensor.n_y)
             if of_sensor is not None:
-                self.sensors.append(Watchable(index, rows, columns, of_sensor))
+                feels = sensor.feels_gravity or sensor.reads_rate
+                self.sensors.append(Watchable(index, feels, rows, columns, of_sensor))
             row, column = rows.stop, columns.stop
-        n, windows = self.n_sensors, len(WINDOWS_S)
+        n, windows = self.n_sensors, self.windows
         self.layout = Layout(
             "Watch",
             {
@@ -84,6 +107,9 @@ class Statistics:
         )
         self._start = {name: part.start for name, part in self.layout.slices.items()}
         self._n_r = model.n_r
+        self._compiled = chosen(
+            lambda: CompiledStatistics(self, {"REPEATS_S": REPEATS_S}), lambda: None
+        )
 
     def first(self) -> Array:
         """Return what is remembered before any sample, (layout.size,)."""
@@ -164,13 +190,27 @@ class Statistics:
                 memory[energy] = b * memory[energy] + a * squared
             memory[at["samples"] + i] += 1.0
 
-    def count_outliers(self, memory: Flat, far: Numbers) -> None:
+    def outliers(self, memory: Numbers, far: Numbers) -> list[int]:
+        """Return the sensors whose sample is an outlier beside those before it.
+
+        A body that moves more than its model says is far off sample by sample: no outlier.
+        """
+        at, found = self._start, list[int]()
+        for sensor in self.sensors:
+            i = sensor.index
+            if far[i] > 1 and memory[at["samples"] + i] > 0:
+                energy = memory[at["energy"] + i] / sensor.limits.usual[len(WINDOWS_S)]
+                if far[i] > energy:
+                    found.append(i)
+        return found
+
+    def count_outliers(self, memory: Flat, far: Numbers, outliers: Container[int]) -> None:
         """Count the outliers in a row; `far` as of `distances`."""
         start = self._start["outliers"]
         for sensor in self.sensors:
             i = sensor.index
             if not math.isnan(far[i]):
-                memory[start + i] = memory[start + i] + 1.0 if far[i] > 1 else 0.0
+                memory[start + i] = memory[start + i] + 1.0 if i in outliers else 0.0
 
     def values(self, memory: Numbers) -> list[list[float]]:
         """Return `MEASURES` of each sensor, (n_sensors, 4); zero without a sample."""
@@ -199,6 +239,85 @@ class Statistics:
                 score = max(score, value / limit)
             scores[i] = score
         return scores
+
+    def is_livelier(self, memory: Numbers, sensors: Iterable[int]) -> bool:
+        """Whether all of some sensors have about as much energy as clean data ever had, or more."""
+        values, windows = self.values(memory), len(WINDOWS_S)
+        energies = [
+            max(
+                values[each.index][windows + w] / each.limits.usual[windows + w]
+                for w in range(windows)
+            )
+            for each in self.sensors
+            if each.index in sensors
+        ]
+        return bool(energies) and min(energies) > LIVELIER
+
+    def clean(
+        self,
+        memory: Array,
+        newest_s: float,
+        time_s: Array,
+        y: Array,
+        v: Array,
+        S: Array,
+        calmer: Calmer = NEVER_CALMER,
+    ) -> int:
+        """Take instants into `memory` up to the first in which something stands out.
+
+        That is a sensor that is stuck, an outlier, a score above 1, or that all would be usual in a
+        calmer motion. Returns how many they are.
+
+        Parameters
+        ----------
+        newest_s : the newest instant before
+        time_s, y : (n,), (n, n_row)
+        v, S : (n, n_r), (n, n_r, n_r) of the estimates
+        """
+        if self._compiled is not None:
+            arrays = [np.ascontiguousarray(each) for each in (time_s, y, v, S)]
+            return self._compiled.clean(memory, newest_s, *arrays, calmer)
+        now = memory.tolist()
+        rows = zip(time_s.tolist(), y.tolist(), v.tolist(), S.tolist(), strict=True)
+        for k, (t, *row) in enumerate(rows):
+            before = now.copy()
+            if not self._is_clean(now, t < newest_s, t, *row) or (
+                calmer.factor > 0
+                and not t - calmer.since_s < calmer.after_s
+                and self.is_calm(now, calmer.factor)
+            ):
+                memory[:] = before
+                return k
+            newest_s = max(newest_s, t)
+        memory[:] = now
+        return len(time_s)
+
+    def _is_clean(
+        self,
+        memory: list[float],
+        is_late: bool,
+        t: float,
+        y: Numbers,
+        v: Numbers,
+        S: Sequence[Numbers],
+    ) -> bool:
+        if not is_late and self.repeats(memory, t, y):
+            return False
+        z, far = self.distances(v, S)
+        if self.outliers(memory, far):
+            return False
+        self.take(memory, z)
+        self.count_outliers(memory, far, ())
+        return not max(self.scores(memory)) > 1
+
+    def is_calm(self, memory: Numbers, factor: float) -> bool:
+        """Whether all inertial sensors would be usual, were their energy larger by a factor."""
+        values = self.values(memory)
+        return all(
+            factor * values[each.index][-1] <= each.limits.usual[-1]
+            for each in self.sensors
+            if each.is_inertial
+        )
 
     def forget(self, memory: Array, sensor: int) -> None:
         """Forget a sensor's samples, its repeats aside."""

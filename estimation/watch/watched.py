@@ -26,11 +26,11 @@ from estimation.watch.past import Anchor, Past, Row
 from estimation.watch.reach import Reach
 from estimation.watch.replay import FITS, Replayed, Replays
 from estimation.watch.state import LeftOut, WatchState
-from estimation.watch.statistics import Flat, Statistics
+from estimation.watch.statistics import NEVER_CALMER, Calmer, Flat, Statistics
 from models.arrays import Array
 from models.given_prior import Prior
 
-CALM_S = 0.4
+CALM_S = 0.15
 """From a start on nothing is judged so long."""
 QUIET_S = 0.3
 """So long no second alarm is followed."""
@@ -158,10 +158,9 @@ class Watched:
         skipped = dropped | state.left_out
         inner, estimate = estimator.step(state.inner, Measurement(t, without(y, skipped)))
         z, far = self._distances(estimate)
-        samples = self._statistics.layout.view(state.memory, "samples")
         outliers = frozenset[int]()
         if t >= state.calm_s:
-            outliers = frozenset(i for i, each in enumerate(far) if each > 1 and samples[i] > 0)
+            outliers = frozenset(self._statistics.outliers(state.memory, far))
         if outliers:
             given = without(y, skipped | outliers)
             inner, estimate = estimator.step(state.inner, Measurement(t, given))
@@ -169,11 +168,8 @@ class Watched:
                 if each.index in outliers:
                     for row in each.rows:
                         z[row] = np.nan
-        if t >= state.calm_s:
-            self._statistics.take(state.memory, z)
-            self._statistics.count_outliers(state.memory, far)
-        else:
-            samples[~np.isnan(far)] += 1
+        self._statistics.take(state.memory, z)
+        self._statistics.count_outliers(state.memory, far, outliers)
         return replace(state, inner=inner), estimate, outliers
 
     def _tried_again(
@@ -208,6 +204,7 @@ class Watched:
             hypothesis,
             reach=self._reach,
             prior=state.prior,
+            level=state.level,
             undropped=undropped,
         )
 
@@ -231,11 +228,13 @@ class Watched:
         start = self._replays.start(state.past, state.level, self.config.replay_s)
         may_free = [i for i in range(self._n) if t - state.freed_s[i] > FREED_AGAIN_S]
         began, tried = time.perf_counter(), 0
+        inertial = [i for i in self._causes.inertial if i not in state.left_out]
         tiers = self._causes.tiers(
             state.left_out,
             state.level,
             may_free=may_free,
             may_restart=self.config.on_lost == "restart",
+            is_livelier=state.level > 0 or self._statistics.is_livelier(state.memory, inertial),
         )
         for tier in tiers:
             tried += 1
@@ -466,36 +465,32 @@ class Watched:
     ) -> tuple[int, Array, NDArray[np.bool_]]:
         """Return how many rows need no look, and the statistics and what is known behind them."""
         assert state.time_s is not None
-        statistics, newest, memory = self._statistics, state.time_s, state.memory.tolist()
-        first = statistics.layout.slices["samples"].start
-        known, std = state.known.copy(), state.std
-        v, S = history.innovation.tolist(), history.innovation_covariance.tolist()
-        stds = history.std[:, self._reach.components]
-        known = state.known[self._reach.components]
-        is_found = stds < self._reach.found[self._reach.components]
-        is_beyond = stds > self._reach.lost[self._reach.components]
-        was_found = state.std[self._reach.components] < self._reach.found[self._reach.components]
-        for k, (t, row) in enumerate(zip(time_s.tolist(), y.tolist(), strict=True)):
-            before, is_late = memory.copy(), t < newest
-            if not is_late and known.any() and (t - newest > GAP_S or (known & ~was_found).any()):
-                break
-            if not is_late and statistics.repeats(memory, t, row):
-                break
-            z, far = statistics.distances(v[k], S[k])
-            if any(each > 1 and memory[first + i] > 0 for i, each in enumerate(far)):
-                break
-            statistics.take(memory, z)
-            statistics.count_outliers(memory, far)
-            if max(statistics.scores(memory)) > 1 or self._may_calm(state, memory, t):
-                break
-            if (known & is_beyond[k]).any():
-                break
-            was_found, newest, known = is_found[k], max(newest, t), known | is_found[k]
-        else:
-            k, before = len(time_s), memory
+        components = self._reach.components
+        stds = np.vstack([state.std[components], history.std[:, components]])
+        is_found = stds < self._reach.found[components]
+        known = np.logical_or.accumulate(np.vstack([state.known[components], is_found[1:]]))
+        newest = np.maximum.accumulate(np.concatenate([[state.time_s], time_s]))
+        is_late, gaps = time_s < newest[:-1], time_s - newest[:-1]
+        unsure = known[:-1].any(axis=1) & (
+            (gaps > GAP_S) | (known[:-1] & ~is_found[:-1]).any(axis=1)
+        )
+        is_lost = (known[:-1] & (stds[1:] > self._reach.lost[components])).any(axis=1)
+        looked_at = np.flatnonzero((unsure & ~is_late) | is_lost)
+        most = int(looked_at[0]) if len(looked_at) else len(time_s)
+        memory, rows = state.memory.copy(), slice(most)
+        v, S = history.innovation, history.innovation_covariance
+        count = self._statistics.clean(
+            memory, state.time_s, time_s[rows], y[rows], v[rows], S[rows], self._calmer_than(state)
+        )
         whole = state.known.copy()
-        whole[self._reach.components] |= known
-        return k, np.array(before), whole
+        whole[components] = known[count]
+        return count, memory, whole
+
+    def _calmer_than(self, state: WatchState) -> Calmer:
+        if state.level == 0:
+            return NEVER_CALMER
+        factor = (LEVELS[state.level] / LEVELS[state.level - 1]) ** 2
+        return Calmer(state.level_s, LEVEL_S, factor)
 
     def _is_plain(self, state: WatchState) -> bool:
         """Whether rows may be taken in chunks: nothing is left out, lost, doubted."""

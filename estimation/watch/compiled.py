@@ -1,0 +1,107 @@
+"""The statistics of a watch as machine code: statistics.c, the same to the last bit."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from importlib import resources
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from estimation.machine import Machine, address, declared
+from estimation.native import LOOPS, STRICT, CSource, shared_libraries
+from models.arrays import Array
+
+if TYPE_CHECKING:
+    from estimation.watch.statistics import Calmer, Statistics
+
+SOURCE = "statistics.c"
+
+
+def statistics_fields(statistics: Statistics) -> dict[str, Any]:
+    """Return the members of C's structure Statistics, but for the blocks of its memory.
+
+    Of a sensor that is not watched limits are ones, which nobody reads.
+    """
+    model, windows = statistics.model, statistics.windows
+    n, n_r = len(model.sensors), model.n_r
+    watched = {each.index: each.limits for each in statistics.sensors}
+    inertial = [each.index for each in statistics.sensors if each.is_inertial]
+    squared = [
+        x
+        for i, sensor in enumerate(model.sensors)
+        for x in (watched[i].squared if i in watched else (1.0,) * sensor.n_r)
+    ]
+    return {
+        "n_sensors": n,
+        "n_row": model.n_row,
+        "n_r": n_r,
+        "windows": windows,
+        "first_row": np.cumsum([0, *(sensor.n_r for sensor in model.sensors)]),
+        "first_column": np.cumsum([0, *(sensor.n_y for sensor in model.sensors)]),
+        "is_watched": np.array([i in watched for i in range(n)]),
+        "is_inertial": np.array([i in inertial for i in range(n)]),
+        "repeats": np.array([watched[i].repeats if i in watched else 0 for i in range(n)]),
+        "outliers": np.array(
+            [float(watched[i].outliers) if i in watched else 1.0 for i in range(n)]
+        ),
+        "weights": np.array(
+            [watched[i].weights if i in watched else (1.0,) * windows for i in range(n)]
+        ),
+        "limit": np.array(
+            [watched[i].limit if i in watched else (1.0,) * 2 * windows for i in range(n)]
+        ),
+        "usual": np.array(
+            [watched[i].usual if i in watched else (1.0,) * 2 * windows for i in range(n)]
+        ),
+        "squared": np.array(squared, dtype=float),
+        "before": np.zeros(statistics.layout.size),
+        "L": np.zeros((n_r, n_r)),
+        "z": np.zeros(n_r),
+        "far": np.zeros(n),
+        "rows": np.zeros(n_r, dtype=np.int64),
+    }
+
+
+class CompiledStatistics:
+    """statistics.c for the sensors of a model, with a workspace of its own: one per thread."""
+
+    def __init__(self, statistics: Statistics, constants: Mapping[str, float]) -> None:
+        self._machine = machine = Machine()
+        offsets = statistics.layout.offsets()
+        fields = {"watch": offsets, **statistics_fields(statistics)}
+        structure = machine.structure("Statistics", fields)
+        text = (resources.files("estimation.watch") / SOURCE).read_text("utf-8")
+        parts = [*declared(constants, [type(offsets), type(structure)]), text]
+        [path] = shared_libraries([CSource("\n".join(parts), (*STRICT, *LOOPS))])
+        self._library = ctypes.CDLL(str(path))
+        pointer, real, integer = ctypes.c_void_p, ctypes.c_double, ctypes.c_longlong
+        self._clean = self._library["watch_clean"]
+        self._clean.argtypes = [pointer, pointer, real, integer, *[pointer] * 4, *[real] * 3]
+        self._clean.restype = integer
+        self._self = ctypes.addressof(structure)
+
+    def clean(
+        self,
+        memory: Array,
+        newest_s: float,
+        time_s: Array,
+        y: Array,
+        v: Array,
+        S: Array,
+        calmer: Calmer,
+    ) -> int:
+        """See `estimation.watch.statistics.Statistics.clean`; all arrays contiguous."""
+        found: int = self._clean(
+            self._self,
+            address(memory),
+            newest_s,
+            len(time_s),
+            address(time_s),
+            address(y),
+            address(v),
+            address(S),
+            *calmer,
+        )
+        return found
