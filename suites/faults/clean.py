@@ -25,6 +25,12 @@ FIRST_SEED = 1000
 SETTLED_S = 1.0
 
 
+def flags_raised(told: Told) -> int:
+    """Return how often a flag of a sensor goes up, or one that no sensor is blamed for."""
+    inconsistent = (told.status & Status.INCONSISTENT.value) != 0
+    return sum(raised(of_sensor != 0) for of_sensor in told.flagged.T) + raised(inconsistent)
+
+
 def run_clean(
     bench: Bench, case: str, seed: int, duration_s: float
 ) -> tuple[list[Quantity], Told, np.ndarray]:
@@ -35,11 +41,9 @@ def run_clean(
     lasting_s = np.diff(history.time_s, append=history.time_s[-1])
     later = history.time_s - history.time_s[0] >= SETTLED_S
     lost = (told.status & Status.LOST.value) != 0
-    inconsistent = (told.status & Status.INCONSISTENT.value) != 0
-    flags = sum(raised(of_sensor != 0) for of_sensor in told.flagged.T) + raised(inconsistent)
     sensors = len(bench.model.measured_sensors)
     found = [
-        Quantity.single(FLAGS, "1", flags / (duration_s / 3600 * sensors)),
+        Quantity.single(FLAGS, "1", flags_raised(told) / (duration_s / 3600 * sensors)),
         Quantity.single(LOST, "%", 100 * float(lasting_s[lost & later].sum()) / duration_s),
     ]
     return found, told, history.step_time_s

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from benchmark.configurations import BENCHMARK_ESTIMATORS
 from benchmark.from_mhe import REFERENCE
 from estimation.watch.watched import Watched
-from suites.faults.cells import Bench, bare, bench_of
+from suites.faults.cells import Bench, Wrap, bare, bench_of
 
 SEEDS = 10
 """Of the full table; fewer show a part of it."""
@@ -36,9 +36,14 @@ class Contender:
     in_part: bool = False
     is_judged_clean: bool = True
 
+    @property
+    def wrap(self) -> Wrap:
+        """What is put around the estimator."""
+        return Watched if self.is_watched else bare
+
     def bench(self, sensors: str) -> Bench:
         """Return its bench, built once."""
-        return bench_of(self.estimator, sensors, Watched if self.is_watched else bare)
+        return bench_of(self.estimator, sensors, self.wrap)
 
 
 def without_watch(estimator: str) -> str:

@@ -11,6 +11,9 @@ from suites.faults.clean import CLEAN
 from suites.faults.contenders import CONTENDERS, SEEDS
 from suites.faults.figures import figures
 from suites.faults.protocol import SENSORS, faults_for
+from suites.faults.real import CASE as DPOINT
+from suites.faults.real import FOLDER, has_recording
+from suites.faults.real import SENSORS as REAL_SENSORS
 from suites.faults.run import run_task
 from suites.faults.tables import tables
 
@@ -31,6 +34,8 @@ def tasks(scope: Scope) -> Sequence[Task]:
 
 def _tasks(scope: Scope) -> Iterator[Task]:
     for name, contender in CONTENDERS.items():
+        if contender.is_judged_clean and has_recording(scope.data):
+            yield from (Task(NAME, DPOINT, sensors, name, 0) for sensors in REAL_SENSORS)
         seeds = range(min(scope.seeds, contender.most_seeds))
         for sensors in SENSORS:
             cases = [fault.key for fault in faults_for(sensors)]
@@ -50,7 +55,7 @@ def _part() -> Iterator[Task]:
 
 def run(task: Task, scope: Scope) -> Outcome:
     """Run one task."""
-    return run_task(task, is_long=is_full(scope))
+    return run_task(task, scope.data, is_long=is_full(scope))
 
 
 SUITE = Suite(
@@ -77,5 +82,6 @@ SUITE = Suite(
     run=run,
     claims=Path(__file__).with_name("claims.toml"),
     figures=figures,
+    reads=lambda task: FOLDER if task.case == DPOINT else "",
     tables=tables,
 )

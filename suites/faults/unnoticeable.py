@@ -33,7 +33,7 @@ from models.state_space import StateSpaceModel
 from suites.faults.cells import Bench, bench_of
 from suites.faults.inject import injected
 from suites.faults.protocol import SENSORS, faults_for
-from suites.faults.scoring import SILENT_S, WRONG_STDS
+from suites.faults.scoring import INSTANT_S, SILENT_S, WRONG_STDS
 from suites.faults.stream import Stream
 from suites.faults.table import Fault
 
@@ -143,7 +143,7 @@ def unnoticeable(fault: Fault, sensors: str, seed: int) -> Unnoticeable | None:
     names = bench.clean(seed, fault.duration_s).names
     outputs = estimator.batch(estimator.init(), time_s[:1], y[:1])[1].names
     wrong_s, cost = unnoticed_s(found, [outputs.index(name) for name in names])
-    if wrong_s <= SILENT_S:
+    if wrong_s <= SILENT_S + INSTANT_S:
         return None
     return Unnoticeable(fault.key, sensors, seed, wrong_s, cost)
 
