@@ -48,7 +48,7 @@ class Contender:
 
 def without_watch(estimator: str) -> str:
     """Return the name of an estimator without a watch."""
-    return f"{estimator}, not watched"
+    return f"{estimator}-unwatched"
 
 
 CONTENDERS: Mapping[str, Contender] = MappingProxyType(

@@ -65,7 +65,7 @@ SUITE = Suite(
         "Readings and stamps of a simulated pen in the hand of a writer are broken in the ways of "
         "one table: dropouts, holes in time, stuck readings, spikes, clipping, bias steps, wrong "
         "scales, units, signs and stamps, poses that are far off. Every estimator runs with a "
-        "watch around it, as pen-mhe estimate has it; without one (“not watched”) they stand "
+        "watch around it, as pen-mhe estimate has it; without one (“unwatched”) they stand "
         "beside it. Judged is what the sensors show: the tilt, and with a camera azimuth and tip "
         "too. An answer is wrong where one of these is more than 5 claimed deviations off (1.5 "
         "times the fault-free run's worst, where that is more), and silent where nothing is said "
@@ -74,8 +74,8 @@ SUITE = Suite(
         "next 0.3 s exceed 3 claimed deviations; of a fault that stays, from its begin, and of "
         "all that follows. Accurate again: RMS at most 1.5 times the fault-free run's + 0.3° of "
         "the angles, + 0.5 mm of the tip. Quantities that are 1 or 0 are 1 where a run fails. "
-        f"From {SEEDS} seeds on the whole table runs (mhe-ipopt with N = 8 on one seed, not "
-        "watched on three) and a quarter of an hour without a fault per seed and speed; below, one "
+        f"From {SEEDS} seeds on the whole table runs (mhe-ipopt with N = 8 on one seed, un"
+        "watched ones on three) and a quarter of an hour without a fault per seed and speed; below, one "
         "seed of the last fault of each row, with all sensors, on the EKF."
     ),
     tasks=tasks,
