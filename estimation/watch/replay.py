@@ -26,6 +26,8 @@ FITS = 0.85
 """Largest score of a sensor that fits."""
 FEWEST_SAMPLES = 3
 """Of a sensor that can be judged."""
+DOUBTED = 4.0
+"""By how much a state is less certain that fewer sensors said than should have."""
 FREED = 10.0
 """By how many of its prior's standard deviations a bias that is freed may be off."""
 
@@ -151,6 +153,9 @@ class Replays:
         if hypothesis.is_restart:
             known = reach.restarted(known, prior)
         P = known.covariance.copy()
+        if hypothesis.is_doubted:
+            wider = np.where(reach.is_bias, 1.0, DOUBTED)
+            P *= np.outer(wider, wider)
         if hypothesis.level > level:
             wider = np.where(reach.moves, LEVELS[hypothesis.level] / LEVELS[level], 1.0)
             P *= np.outer(wider, wider)

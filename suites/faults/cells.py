@@ -37,6 +37,7 @@ from suites.faults.protocol import (
     recorded,
     true_motion,
 )
+from suites.faults.quantities import WITHIN_S
 from suites.faults.scoring import Errors, Score, broken, score
 from suites.faults.stream import Stream
 from suites.faults.table import Fault, fault_named
@@ -44,8 +45,6 @@ from suites.faults.table import Fault, fault_named
 Wrap = Callable[[Estimator[Any]], Estimator[Any]]
 Cell = tuple[str, str, str]
 """Fault's key, estimator, choice of sensors."""
-WITHIN_S = 2.0
-"""How soon estimates have to be right again."""
 
 
 def bare(estimator: Estimator[Any]) -> Estimator[Any]:
@@ -120,13 +119,17 @@ class Bench:
         self._streams: dict[tuple[int, float], Stream] = {}
 
     def score(self, fault: Fault, seed: int) -> Score:
-        """Return the score of one run; an exception is a score too."""
+        """Return the score of one run."""
+        return self.scored(fault, seed)[0]
+
+    def scored(self, fault: Fault, seed: int) -> tuple[Score, Errors | None]:
+        """Return the score of one run and its errors; one that broke off has none."""
         clean = self.clean(seed, fault.duration_s)
         try:
             errors = self.errors(fault, seed)
         except Exception as error:  # whatever it is, it is this run's score
-            return broken(f"{type(error).__name__}: {' '.join(str(error).split())}")
-        return score(errors, clean, fault)
+            return broken(f"{type(error).__name__}: {' '.join(str(error).split())}"), None
+        return score(errors, clean, fault), errors
 
     def clean(self, seed: int, duration_s: float) -> Errors:
         """Return the errors of the fault-free run."""
