@@ -144,7 +144,7 @@ def test_linear_windows_while_they_grow(name: str, estimator: str) -> None:
     assert not wanted.active.all()
 
 
-@pytest.mark.parametrize("estimator", [pytest.param("mhe-ipopt", marks=SLOW), "mhe"])
+@pytest.mark.parametrize("estimator", CONVERGING)
 @pytest.mark.parametrize("seed", [*(pytest.param(n, marks=SLOW) for n in (0, 4)), 1])
 def test_pen_above_its_desk_and_beside_a_wall(seed: int, estimator: str) -> None:
     """On the nonlinear pen."""
