@@ -103,10 +103,14 @@ def ink_points_mm(scan: str | Path) -> Array:
         raise InputError(f"{scan}: the same grey everywhere, expected ink on paper")
     is_ink = grey <= otsu_threshold(grey)
     check_most("ink_pixels", int(np.count_nonzero(is_ink)), str(scan))
-    rows, columns = np.nonzero(is_ink)
-    points = np.column_stack([columns, grey.shape[0] - 1 - rows]) * INCH_MM / dpi
-    distance = np.linalg.norm(points - np.median(points, axis=0), axis=1)
-    return np.asarray(points[distance <= OUTLIER_FACTOR * np.median(distance)])
+    rows, columns = np.divmod(np.flatnonzero(is_ink), grey.shape[1])
+    height = len(grey)
+    del grey, is_ink
+    x, y = columns * INCH_MM / dpi, (height - 1 - rows) * INCH_MM / dpi
+    del rows, columns
+    distance = np.sqrt((x - np.median(x)) ** 2 + (y - np.median(y)) ** 2)
+    is_near = distance <= OUTLIER_FACTOR * np.median(distance)
+    return np.column_stack([x[is_near], y[is_near]])
 
 
 @contextmanager

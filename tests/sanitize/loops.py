@@ -11,10 +11,15 @@ from pathlib import Path
 from tests.sanitize.exports import SANITISERS
 
 ROOT = Path(__file__).resolve().parents[2]
-ALL = ("tests/ekf_baseline", "tests/mhe", "tests/estimation", "tests/codegen", "tests/contracts.py")
+ALL = (
+    "tests/ekf_baseline",
+    "tests/mhe",
+    "tests/estimation",
+    "tests/codegen",
+    "tests/test_contracts.py",
+)
 QUICK = (
     "tests/ekf_baseline/test_compiled_is_interpreted.py",
-    "tests/mhe/test_late_engines.py",
     "tests/mhe/test_constrained_engines.py",
 )
 WATCHING = ("--capture=sys", "-p", "no:cacheprovider")
