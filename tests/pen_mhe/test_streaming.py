@@ -82,7 +82,7 @@ def assert_same(path: Path, pen: PenConfig, **options: Any) -> None:
     assert (summary.nis, summary.nees) == (whole.nis, whole.nees)
 
 
-QUICK = {"first seconds, causal and thinned", "causal lag"}
+QUICK = {"first seconds, causal and thinned"}
 
 
 @pytest.mark.parametrize(
