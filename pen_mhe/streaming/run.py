@@ -83,14 +83,21 @@ def estimate_stream(
         return UsedParts(measured, frames=frames, duration_s=duration_s)
 
     with reporting("reading") as start:
-        camera = None if frames is None else frames.camera
         survey = surveyed(
-            stream, pen, model, used(), thinned=camera, on_read=_in_percent(start(100))
+            stream,
+            pen,
+            model,
+            used(),
+            thinned=None if frames is None else frames.camera,
+            on_read=_in_percent(start(100)),
         )
-    if causal:
-        plan = planned_as_arrived(survey, model, estimator, given, stream=stream, used=used)
-    else:
-        plan = planned_at_capture(survey, model, estimator, given)
+        if causal:
+            on_read = _in_percent(start(100))
+            plan = planned_as_arrived(
+                survey, model, estimator, given, stream=stream, used=used(), on_read=on_read
+            )
+        else:
+            plan = planned_at_capture(survey, model, estimator, given)
     built = as_asked(create_estimator(estimator, model, **plan.settings), watch, False, on_lost)
     judging = Judging(model, instants=survey.instants, true_names=stream.header.truth_names)
     recent, samples = Recent(survey.fastest), 0
