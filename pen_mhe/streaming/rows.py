@@ -9,7 +9,7 @@ from estimation.orders import Stacked, no_rows
 from estimation.recording import Recording
 from models.state_space import StateSpaceModel
 from recordings.formats.table_stream import TableStream
-from recordings.parts import Part, UsedParts
+from recordings.parts import RecordingPart, UsedParts
 
 
 class Order(Protocol):
@@ -32,7 +32,7 @@ def stacked_parts(
     order: Order,
     *,
     on_read: Callable[[float], None] | None = None,
-) -> Iterator[tuple[Part | None, Stacked]]:
+) -> Iterator[tuple[RecordingPart | None, Stacked]]:
     """Yield each part that is used with its rows, then what arrives behind the last with None.
 
     Parameters

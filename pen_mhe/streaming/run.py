@@ -21,7 +21,7 @@ from models.state_space import StateSpaceModel
 from pen_mhe.chosen_model import chosen_model
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, create_estimator
 from pen_mhe.run_summary import RunSummary
-from pen_mhe.streaming.drawn import Drawn
+from pen_mhe.streaming.drawn import DrawnRows
 from pen_mhe.streaming.judging import Judging
 from pen_mhe.streaming.plan import planned_as_arrived, planned_at_capture
 from pen_mhe.streaming.recent import Recent
@@ -57,7 +57,7 @@ def estimate_stream(
     causal: bool = False,
     watch: bool | None = None,
     on_lost: str | None = None,
-    drawn: Drawn | None = None,
+    drawn: DrawnRows | None = None,
     reporting: Reporting = silent,
 ) -> RunSummary:
     """Estimate a recording in parts; see `pen_mhe.estimate_run.estimate_recording`.
