@@ -89,7 +89,13 @@ class BoundInParts:
         self._known = GaussianState(states[-1], covariances[-1])
 
     def result(self) -> InformationBound:
-        """Return the bound behind the last state, (1, n_o), beside the prior's at the first."""
+        """Return the bound behind the last state, (1, n_o), beside the prior's at the first.
+
+        Raises
+        ------
+        InputError
+            If there was no state.
+        """
         if self._prior_std is None:
             raise InputError("no known state to take the information bound along, expected one")
         J = self._jacobian(self._known.mean).full()

@@ -35,7 +35,7 @@ LIMITS: Mapping[str, Limit] = MappingProxyType(
         "values": Limit(1_000_000_000, "values of a table, rows times columns"),
         "cell_bytes": Limit(200, "bytes of a cell of a CSV, or of a column's name"),
         "nesting": Limit(32, "tables or lists within each other, in TOML and JSON"),
-        "smoothed_rows": Limit(300_000, "instants to smooth, which keeps the whole run"),
+        "smoothed_rows": Limit(100_000, "instants to smooth, which keeps the whole run"),
         "waiting_rows": Limit(1_000_000, "instants whose readings have not arrived yet"),
         "pixels": Limit(50_000_000, "pixels of a scan"),
         "ink_pixels": Limit(4_000_000, "pixels of a scan that are dark"),

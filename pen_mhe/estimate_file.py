@@ -15,7 +15,7 @@ from estimation.output_file import whole_file
 from models.pen_config import PenConfig
 from pen_mhe.estimate_run import estimate_recording
 from pen_mhe.run_summary import RunSummary
-from pen_mhe.streaming.drawn import Drawn
+from pen_mhe.streaming.drawn import DrawnRows
 from pen_mhe.streaming.run import Reporting, estimate_stream, silent
 from recordings.formats.table import format_of
 from recordings.formats.table_writer import TableWriter
@@ -63,7 +63,7 @@ def estimate_file(
         if figure is not None:
             _save(figure, result.output, result.ink, truth=result.used.truth)
         return result.summary()
-    drawn = None if figure is None else Drawn()
+    drawn = None if figure is None else DrawnRows()
     with (
         row.stream(recording, pen, units=units) as stream,
         whole_file(output) as file,

@@ -151,6 +151,8 @@ def estimate(
 ) -> EstimateRun:
     """Estimate a recording in one call, and judge it by whatever reference it brings.
 
+    The whole run is kept; ``pen-mhe estimate`` takes tables that are longer than memory.
+
     Parameters
     ----------
     recording : a recording, with the ink it left or without, or the path of a D-POINT folder,

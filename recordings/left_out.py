@@ -52,7 +52,7 @@ class LeftOutInParts:
         counts = now & (self._times >= self._told_first_s)
         if counts.any():
             frames = self._times[counts], self._frames[counts]
-            squares = residual_squares(self._model, self._sensor, *frames, time_s, mean)
+            squares = residual_squares(self._model, self._sensor, *frames, time_s=time_s, mean=mean)
             for mean_of_row, row in zip(self._means, squares, strict=True):
                 mean_of_row.add(row)
         self._times, self._frames = self._times[~now], self._frames[~now]

@@ -13,7 +13,7 @@ from models.sensor_model import SensorModel
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class RecordingPart:
     """A part of a recording.
 
     Parameters
@@ -45,6 +45,11 @@ class UsedParts:
     sensors : names of those that are used
     frames : which are kept; None keeps all
     duration_s : of which the first seconds are used; None uses all
+
+    Raises
+    ------
+    InputError
+        If the duration is not positive.
     """
 
     def __init__(
@@ -61,7 +66,7 @@ class UsedParts:
         self._frames_before = 0
         self.is_over = False
 
-    def take(self, raw: Recording) -> Part | None:
+    def take(self, raw: Recording) -> RecordingPart | None:
         """Return what is used of the next part; None where that is nothing."""
         if self.is_over or not _has_any(raw, self._sensors):
             return None
@@ -75,7 +80,7 @@ class UsedParts:
                 if recorded.time_s[0] > end_s:
                     return None
                 recorded = some_rows(recorded, recorded.time_s <= end_s)
-        return Part(raw, recorded, self._thinned(recorded))
+        return RecordingPart(raw, recorded, self._thinned(recorded))
 
     def _thinned(self, recorded: Recording) -> Recording | None:
         if self._frames is None:

@@ -138,7 +138,9 @@ def left_out_error(
     if not known.any():
         return None
     times, frames = times[known], frames[known]
-    squares = residual_squares(model, sensor, times, frames, history.time_s, history.mean)
+    squares = residual_squares(
+        model, sensor, times, frames, time_s=history.time_s, mean=history.mean
+    )
     return LeftOutError(len(times), rms_by_unit(sensor, squares.mean(axis=1)))
 
 
@@ -147,6 +149,7 @@ def residual_squares(
     sensor: SensorModel,
     times: Array,
     frames: Array,
+    *,
     time_s: Array,
     mean: Array,
 ) -> Array:

@@ -107,7 +107,7 @@ class _Spans:
         """Take the next steps (n,), at least one."""
         held = self._since_s is not None
         edges = time_s[np.flatnonzero(np.diff(np.append(held, holds)))]
-        if held:
+        if self._since_s is not None:
             edges = np.append(self._since_s, edges)
         closed = edges[: len(edges) // 2 * 2].reshape(-1, 2)
         self._since_s = float(edges[-1]) if len(edges) % 2 else None

@@ -13,7 +13,7 @@ MOST_DRAWN = 50_000
 """Rows that a figure holds: more than it has points across."""
 
 
-class Drawn:
+class DrawnRows:
     """Keeps every row of a run and of its truth until they are many, then every second, …"""
 
     def __init__(self) -> None:

@@ -23,7 +23,7 @@ from pen_mhe.errors import (
 from pen_mhe.run_summary import RunSummary, bias_and_tilt
 from pen_mhe.streaming.seen import SeenInParts
 from recordings.left_out import LeftOutInParts
-from recordings.parts import Part
+from recordings.parts import RecordingPart
 
 
 class Judging:
@@ -50,7 +50,7 @@ class Judging:
         self._squared: dict[str, Mean] = {}
         self._seen = SeenInParts(model, instants) if self.knows_states else None
 
-    def read(self, part: Part) -> None:
+    def read(self, part: RecordingPart) -> None:
         """Look at the next part of the recording."""
         if self._left_out is not None:
             self._left_out.read(part.recorded, part.used)

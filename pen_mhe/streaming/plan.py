@@ -65,7 +65,8 @@ def planned_as_arrived(
     settings: Mapping[str, Any],
     *,
     stream: TableStream,
-    used: Callable[[], UsedParts],
+    used: UsedParts,
+    on_read: Callable[[float], None] | None = None,
 ) -> Plan:
     """Return the plan of a causal run; reads the recording once more.
 
@@ -77,7 +78,7 @@ def planned_as_arrived(
     lag, fastest = largest_lag(estimator, settings), survey.fastest
     if lag:
         check_followed(lag, survey.samples, fastest)
-    arrivals = surveyed_arrivals(stream, model, used(), fastest=fastest, lag=lag)
+    arrivals = surveyed_arrivals(stream, model, used, fastest=fastest, lag=lag, on_read=on_read)
     if lag:
         settings = with_lags(settings, lag, arrivals.most_instants, fastest)
     check_newest(lag, arrivals.newest, survey.samples)

@@ -7,7 +7,7 @@ import numpy as np
 from estimation.recording_parts import joined_truth
 from estimation.truth import Truth
 from models.arrays import Array
-from recordings.parts import Part
+from recordings.parts import RecordingPart
 
 
 class Recent:
@@ -19,9 +19,9 @@ class Recent:
     """
 
     def __init__(self, sensor: str) -> None:
-        self._sensor, self._parts = sensor, list[tuple[Part, Array]]()
+        self._sensor, self._parts = sensor, list[tuple[RecordingPart, Array]]()
 
-    def add(self, part: Part) -> None:
+    def add(self, part: RecordingPart) -> None:
         """Keep the next part."""
         none = np.zeros(0)
         times = none if part.used is None else part.used.sensor(self._sensor)[0]

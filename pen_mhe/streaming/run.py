@@ -21,7 +21,7 @@ from models.state_space import StateSpaceModel
 from pen_mhe.chosen_model import chosen_model
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, create_estimator
 from pen_mhe.run_summary import RunSummary
-from pen_mhe.streaming.drawn import Drawn
+from pen_mhe.streaming.drawn import DrawnRows
 from pen_mhe.streaming.judging import Judging
 from pen_mhe.streaming.plan import planned_as_arrived, planned_at_capture
 from pen_mhe.streaming.recent import Recent
@@ -57,7 +57,7 @@ def estimate_stream(
     causal: bool = False,
     watch: bool | None = None,
     on_lost: str | None = None,
-    drawn: Drawn | None = None,
+    drawn: DrawnRows | None = None,
     reporting: Reporting = silent,
 ) -> RunSummary:
     """Estimate a recording in parts; see `pen_mhe.estimate_run.estimate_recording`.
@@ -83,14 +83,21 @@ def estimate_stream(
         return UsedParts(measured, frames=frames, duration_s=duration_s)
 
     with reporting("reading") as start:
-        camera = None if frames is None else frames.camera
         survey = surveyed(
-            stream, pen, model, used(), thinned=camera, on_read=_in_percent(start(100))
+            stream,
+            pen,
+            model,
+            used(),
+            thinned=None if frames is None else frames.camera,
+            on_read=_in_percent(start(100)),
         )
-    if causal:
-        plan = planned_as_arrived(survey, model, estimator, given, stream=stream, used=used)
-    else:
-        plan = planned_at_capture(survey, model, estimator, given)
+        if causal:
+            on_read = _in_percent(start(100))
+            plan = planned_as_arrived(
+                survey, model, estimator, given, stream=stream, used=used(), on_read=on_read
+            )
+        else:
+            plan = planned_at_capture(survey, model, estimator, given)
     built = as_asked(create_estimator(estimator, model, **plan.settings), watch, False, on_lost)
     judging = Judging(model, instants=survey.instants, true_names=stream.header.truth_names)
     recent, samples = Recent(survey.fastest), 0

@@ -114,18 +114,25 @@ class Arrivals:
 
 
 def surveyed_arrivals(
-    stream: TableStream, model: StateSpaceModel, used: UsedParts, *, fastest: str, lag: int
+    stream: TableStream,
+    model: StateSpaceModel,
+    used: UsedParts,
+    *,
+    fastest: str,
+    lag: int,
+    on_read: Callable[[float], None] | None = None,
 ) -> Arrivals:
     """Look at a recording that `surveyed` takes in the order in which it arrives.
 
     Parameters
     ----------
     lag : in samples of the fastest sensor
+    on_read : see `TableStream.parts`
     """
     recent = Recent(fastest)
     steps, newest, is_late, newest_s = 0, 0, False, -np.inf
     most, instants, rows = 0, 0, np.zeros(0, dtype=int)
-    for part, arrived in stacked_parts(stream, used, InOrderOfArrival(model)):
+    for part, arrived in stacked_parts(stream, used, InOrderOfArrival(model), on_read=on_read):
         if part is not None and part.used is not None:
             recent.add(part)
             times = part.used.sensor(fastest)[0]

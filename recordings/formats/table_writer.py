@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext, suppress
 from types import TracebackType
 from typing import IO
 
@@ -59,8 +60,9 @@ class TableWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Write what waits; after an exception nothing that is written counts."""
+        """Write what waits; after an exception nothing counts that was written."""
         if kind is None:
             self._write_group()
         if self._parquet is not None:
-            self._parquet.close()
+            with suppress(OSError, pa.ArrowException) if kind else nullcontext():
+                self._parquet.close()

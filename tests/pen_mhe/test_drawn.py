@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from estimation.recording import Truth
-from pen_mhe.streaming.drawn import Drawn
+from pen_mhe.streaming.drawn import DrawnRows
 
 
 @pytest.mark.parametrize("part", [1, 7, 50])
 def test_a_long_truth_is_spread(monkeypatch: pytest.MonkeyPatch, part: int) -> None:
     monkeypatch.setattr("pen_mhe.streaming.drawn.MOST_DRAWN", 20)
-    drawn, time_s = Drawn(), np.arange(300.0)
+    drawn, time_s = DrawnRows(), np.arange(300.0)
     for start in range(0, 300, part):
         times = time_s[start : start + part]
         drawn.read(Truth(times, ("x",), times[:, None]))

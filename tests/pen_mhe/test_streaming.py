@@ -82,7 +82,7 @@ def assert_same(path: Path, pen: PenConfig, **options: Any) -> None:
     assert (summary.nis, summary.nees) == (whole.nis, whole.nees)
 
 
-QUICK = {"first seconds, causal and thinned", "causal lag"}
+QUICK = {"first seconds, causal and thinned"}
 
 
 @pytest.mark.parametrize(
@@ -115,6 +115,22 @@ def test_every_engine_goes_on(
     in_parts(monkeypatch, 4)
     write_table(recorded.iloc[:12], tmp_path / "pen.csv")
     assert_same(tmp_path / "pen.csv", PEN, estimator=estimator, settings={"horizon": 3})
+
+
+@pytest.mark.slow
+def test_what_is_flagged_does_not_depend_on_the_parts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    in_parts(monkeypatch, 37)
+    recording = simulate(PEN, SENSORS, motion="handwriting", duration_s=2.0)
+    stuck = recording_to_table(recording, PEN)
+    accel = [column for column in stuck.columns if column.startswith("accel_")]
+    rows = stuck["accel_x_m_s2"].notna() & stuck["time_s"].between(0.8, 1.3)
+    stuck.loc[rows, accel] = stuck.loc[rows, accel].iloc[:1].to_numpy()
+    write_table(stuck, tmp_path / "pen.csv")
+    assert_same(tmp_path / "pen.csv", PEN)
+    flagged = pd.read_csv(tmp_path / "estimate.csv")["flagged"].astype(str)
+    assert flagged.str.contains("accel").any()
 
 
 @pytest.mark.slow

@@ -32,7 +32,7 @@ def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def table(rows: int = 11) -> pd.DataFrame:
     time_s = np.arange(rows) / 100
-    accel = {f"accel_{axis}_m_s2": np.sqrt(time_s + i) for i, axis in enumerate("xyz")}
+    accel = {f"accel_{axis}_m_s2": np.sqrt(time_s + 40 * i) for i, axis in enumerate("xyz")}
     camera = {f"camera_{axis}_mm": [1.0, *[np.nan] * (rows - 1)] for axis in "xyz"}
     turned = {f"camera_r{axis}_deg": [1.0, *[np.nan] * (rows - 1)] for axis in "xyz"}
     return pd.DataFrame({"time_s": time_s, **accel, **camera, **turned, "true_tip_x_m": time_s})
