@@ -3,7 +3,8 @@
 ``mhe-rti``, each estimate with what had arrived by then: frames 45 ms late, from the newest instant
 to forty samples of the IMU before it. Handwriting of the bundled pen `reference`, simulated, its
 camera thinned: errors of the tip, and what is claimed of it. With ``--data``, the folder that holds
-``dpoint_pen``, the ink distance of the recorded pen too, as a picture of its own.
+``dpoint_pen``, the ink distance of the recorded pen too, as a picture of its own, and that of the
+EKF and its smoother with frames at their capture.
 """
 
 import argparse
@@ -13,6 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import pen_mhe as pm
+from estimation import smoothed
 from recordings import CameraThinning, ink_match, read_written, thinned
 
 SENSORS, TIP = ["accel", "gyro", "camera"], ("tip_x_m", "tip_y_m", "tip_z_m")
@@ -61,6 +63,15 @@ def recorded(written, rate_hz):
     return np.array([ink_match(path, written.ink).mean_distance_mm for path in paths])
 
 
+def smoothed_ink(written, rate_hz):
+    """Return the mean ink distance, mm, of the EKF with frames at their capture, and smoothed."""
+    model = pm.pen_model("dpoint", ON_PAPER)
+    used = thinned(model, written.recording.select(ON_PAPER), CameraThinning(rate_hz, 0))
+    history = pm.run(pm.create_estimator("ekf", model), used, covariances=True)
+    paths = (told.at(used.sensor("gyro")[0]) for told in (history, smoothed(model, used, history)))
+    return [ink_match(path, written.ink).mean_distance_mm for path in paths]
+
+
 def draw(axes, curves, name, limits):
     """Draw a line per camera rate; curves: rate → (lags, values), claims if there are any."""
     for rate_hz, (lags, values, claimed) in curves.items():
@@ -102,6 +113,9 @@ def main():
         for rate_hz, (_, distance, _) in inks.items():
             shown = " | ".join(f"{distance[INK_LAGS.index(lag)]:.3f}" for lag in SHOWN[::2])
             print(f"| {rate_hz} Hz | {shown} |")
+        whole = zip(*(smoothed_ink(written, rate_hz) for rate_hz in RATES_HZ), strict=True)
+        for name, distances in zip(("newest", "smoothed"), whole, strict=True):
+            print(f"| {name} | {' | '.join(f'{mm:.3f}' for mm in distances)} |")
         draw(panels[0, 1], inks, "mean ink distance / mm", (0.08, 0.6))
         panels[0, 1].set_title("D-POINT recording: distance to the ink", fontsize=10)
     if options.figure is not None:

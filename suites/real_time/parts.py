@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from suites.real_time.deadlines import KINDS, deadline_rows
+from suites.real_time.late_times import late_rows
 from suites.real_time.reuse import HORIZONS, THRESHOLDS, reuse_rows
 from suites.real_time.sample_times import time_rows
 from suites.real_time.streams import CASES, available
@@ -56,9 +57,28 @@ class TimePart:
         return time_rows(CASES[self.case].stream(self.data))
 
 
-Part = ReusePart | DeadlinePart | TimePart
-PARTS: dict[str, type[Part]] = {"reuse": ReusePart, "deadlines": DeadlinePart, "times": TimePart}
+@dataclass(frozen=True)
+class LatePart:
+    """Time per sample of one stream, its frames at their capture and as they arrive."""
+
+    case: str
+    data: Path | None
+
+    def rows(self) -> Sequence[Any]:
+        """Measure."""
+        return late_rows(CASES[self.case].stream(self.data))
+
+
+Part = ReusePart | DeadlinePart | TimePart | LatePart
+PARTS: dict[str, type[Part]] = {
+    "reuse": ReusePart,
+    "deadlines": DeadlinePart,
+    "times": TimePart,
+    "late": LatePart,
+}
 """Name in ``real_time.json`` → parts whose rows stand there."""
+RECORDED = (TimePart, LatePart)
+"""Of `RECORDED_CASE` only."""
 
 
 def parts_of(
@@ -81,7 +101,7 @@ def parts_of(
     return [
         *(ReusePart(name, read[name], N, chosen) for name in cases for N in horizons),
         *(DeadlinePart(DEADLINE_CASE, read[DEADLINE_CASE], name, steps) for name in KINDS),
-        *(TimePart(name, read[name]) for name in cases if name == RECORDED_CASE),
+        *(kind(name, read[name]) for kind in RECORDED for name in cases if name == RECORDED_CASE),
     ]
 
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from models.arrays import Array
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
 from suites.real_time.streams import Stream
 
+NameT = TypeVar("NameT")
 CHUNK = 50
 CAMERA = "camera"
 CONTENDERS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
@@ -26,6 +28,15 @@ CONTENDERS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
     }
 )
 """Name → estimator and its settings."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """An estimator, and the rows (n,), (n, n_row) that it is given."""
+
+    estimator: Any
+    time_s: Array
+    y: Array
 
 
 @dataclass(frozen=True)
@@ -43,18 +54,10 @@ class TimeRow:
 def time_rows(stream: Stream) -> list[TimeRow]:
     """Run all contenders over the recording, in turns."""
     time_s, y = stream.recording.stacked(stream.model)
-    estimators = {name: _built(stream.model, *made) for name, made in CONTENDERS.items()}
-    states = {name: estimator.init() for name, estimator in estimators.items()}
-    took: dict[str, list[np.ndarray]] = {name: [] for name in CONTENDERS}
-    for start in range(0, len(time_s), CHUNK):
-        turn = slice(start, start + CHUNK)
-        for name, estimator in estimators.items():
-            states[name], history = estimator.batch(states[name], time_s[turn], y[turn])
-            took[name].append(history.step_time_s)
-    is_frame = np.isfinite(y[:, _columns(stream.model)]).any(axis=1)
+    runs = {name: Run(_built(stream.model, *made), time_s, y) for name, made in CONTENDERS.items()}
+    is_frame = np.isfinite(y[:, camera_columns(stream.model)]).any(axis=1)
     rows = []
-    for name, parts in took.items():
-        times = np.concatenate(parts)
+    for name, times in in_turns(runs).items():
         rows.append(
             TimeRow(
                 name,
@@ -68,11 +71,25 @@ def time_rows(stream: Stream) -> list[TimeRow]:
     return rows
 
 
+def in_turns(runs: Mapping[NameT, Run]) -> dict[NameT, Array]:
+    """Return the times (n,) of the steps of each run, s; they take turns of some rows each."""
+    states = {name: run.estimator.init() for name, run in runs.items()}
+    took: dict[NameT, list[Array]] = {name: [] for name in runs}
+    for start in range(0, max(len(run.time_s) for run in runs.values()), CHUNK):
+        turn = slice(start, start + CHUNK)
+        for name, run in runs.items():
+            if start < len(run.time_s):
+                rows = run.time_s[turn], run.y[turn]
+                states[name], history = run.estimator.batch(states[name], *rows)
+                took[name].append(history.step_time_s)
+    return {name: np.concatenate(parts) for name, parts in took.items()}
+
+
 def _built(model: StateSpaceModel, name: str, settings: Mapping[str, Any]) -> Any:
     return create_estimator(name, model, **settings)
 
 
-def _columns(model: StateSpaceModel) -> slice:
+def camera_columns(model: StateSpaceModel) -> slice:
     """Return the camera's columns of the stacked readings."""
     start = 0
     for sensor in model.sensors:

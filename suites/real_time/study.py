@@ -22,6 +22,7 @@ from estimation.output_folder import check_folder
 from mhe.reuse import REUSE_THRESHOLD
 from pen_mhe.figures import save
 from suites.real_time.deadlines import DeadlineRow
+from suites.real_time.late_times import ORDERS, LateRow
 from suites.real_time.parts import PARTS, Part, parts_of, run_part
 from suites.real_time.reuse import HORIZONS, THRESHOLDS, ReuseRow
 from suites.real_time.sample_times import TimeRow
@@ -68,6 +69,7 @@ def run_real_time(
     _print_reuse(parts["reuse"])
     _print_deadlines(parts["deadlines"])
     _print_times(parts["times"])
+    _print_late(parts["late"])
     listed = {name: [_plain(row) for row in rows] for name, rows in parts.items()}
     write_whole(output / "real_time.json", json.dumps(listed, indent=1, allow_nan=False) + "\n")
     save(reuse_figure(parts["reuse"]), output / "real_time_reuse.png")
@@ -132,6 +134,23 @@ def _print_times(rows: Sequence[TimeRow]) -> None:
     ]
     if texts:
         print_table("\nTime per sample of the real recording", columns, texts)
+
+
+def _print_late(rows: Sequence[LateRow]) -> None:
+    columns = ["D-POINT, camera at 30 Hz", "frames", "samples", "median", "mean", "p99"]
+    columns += ["with a frame", "mean / at capture"]
+    at_capture = {row.contender: row.mean_s for row in rows if row.frames == ORDERS[0]}
+    times = ("median_s", "mean_s", "p99_s", "with_frame_s")
+    texts = [
+        [
+            *(row.contender, row.frames, str(row.samples)),
+            *(in_unit(getattr(row, name)) for name in times),
+            f"{row.mean_s / at_capture[row.contender]:.2f}",
+        ]
+        for row in rows
+    ]
+    if texts:
+        print_table("\nTime per sample of the IMU, frames at capture and late", columns, texts)
 
 
 def reuse_figure(rows: Sequence[ReuseRow]) -> Figure:

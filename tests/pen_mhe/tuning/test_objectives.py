@@ -255,3 +255,15 @@ def test_a_recording_without_the_data_is_refused(
 ) -> None:
     with pytest.raises(pm.InputError, match=sentence):
         tune(change(recording), bounded_pen(), objective="flatness", sensors=SENSORS)
+
+
+def test_a_part_has_the_arrivals_of_its_readings() -> None:
+    pen = bounded_pen()
+    drawn = pm.simulate(pen, SENSORS, motion="handwriting", duration_s=6.0, seed=1)
+    assert "camera" in drawn.arrivals
+    part = ScoredPart.of(drawn, "first-half", pen=pen, model=pm.pen_model(pen, SENSORS))
+    times, arrivals = part.recording.time_s, part.recording.arrivals["camera"]
+    seen = np.isfinite(arrivals)
+    assert times[-1] < 3.1
+    np.testing.assert_array_equal(times[seen], part.recording.sensor("camera")[0])
+    np.testing.assert_array_equal(arrivals, drawn.arrivals["camera"][: len(times)])
