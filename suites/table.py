@@ -19,6 +19,7 @@ MODULES: Mapping[str, str] = MappingProxyType(
         "tilt": "suites.tilt.suite",
         "gyro-free": "suites.gyro_free.suite",
         "classics": "suites.classics.suite",
+        "faults": "suites.faults.suite",
         "real": "suites.real.suite",
     }
 )

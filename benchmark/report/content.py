@@ -11,6 +11,7 @@ import numpy as np
 
 from benchmark.configurations import CONFIGURATIONS
 from benchmark.figures.figure import Figure
+from benchmark.figures.table import Table
 from benchmark.report.advice import Advice, advice
 from benchmark.report.belief import costs_of_belief
 from benchmark.report.broken import Broken, broken_off
@@ -88,6 +89,7 @@ class ReportPart:
     command: str
     tasks: int
     figures: Sequence[Figure]
+    tables: Sequence[Table]
     judgements: Sequence[Judgement]
     comparisons: Sequence[Comparison]
     broken: Sequence[Broken]
@@ -177,6 +179,7 @@ def _part(suite: Suite, results: Results, run: Mapping[str, Any]) -> ReportPart:
         _command(suite, results, run),
         len(rows.drop_duplicates(list(TASK_COLUMNS))),
         list(suite.figures(results)) if len(rows) else [],
+        list(suite.tables(results)) if len(rows) else [],
         judge(load_claims(suite.claims) if suite.claims else (), rows),
         _comparisons(rows),
         broken_off(rows),

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmark.figures.figure import Figure
+from benchmark.figures.table import Table
 from benchmark.tasks.task import Outcome, Task
 
 if TYPE_CHECKING:
@@ -45,6 +46,10 @@ def _nothing(_: object) -> str:
     return ""
 
 
+def _no_tables(_: Results) -> Sequence[Table]:
+    return ()
+
+
 def _no_entries(_: Scope) -> Mapping[str, Any]:
     return {}
 
@@ -61,7 +66,7 @@ class Suite:
     tasks : every task within a scope, the slow ones first
     run : one task
     claims : TOML file of its claims, see `benchmark.verdicts.claims`; None where it has none
-    figures : draws the results of the suite
+    figures, tables : what the report shows of the results
     missing : a line that says what it lacks within a scope; empty where it lacks nothing
     own : what the report must know of a scope beside its tasks, for ``run.json``
     made_of : what else results depend on within a scope: a hash; empty where nothing
@@ -79,3 +84,4 @@ class Suite:
     reads: Callable[[Task], str] = _nothing
     own: Callable[[Scope], Mapping[str, Any]] = _no_entries
     made_of: Callable[[Scope], str] = _nothing
+    tables: Callable[[Results], Sequence[Table]] = _no_tables

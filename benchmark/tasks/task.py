@@ -133,7 +133,7 @@ class Outcome:
     step_time_median_s, step_time_p99_s : of a step; the only entries that may differ
         between two runs of a task
     status : `OK`, `FAILED`, or a word of the suite: ``mirror``
-    reason : a sentence, where the status is not `OK`
+    reason : a sentence, where the status is not `OK`; else what the suite has to say of the run
     series : of seed 0, for figures
     """
 

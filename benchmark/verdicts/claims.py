@@ -62,7 +62,8 @@ class Claim(BaseModel):
         ``status=…`` and ``solved_fraction``
     against : as `of`, changes to it that choose the rows to compare with
     compare : figure = mean of `of` / mean of `against`, or mean of their differences
-    statistic : mean or median over cases and seeds
+    statistic : mean or median over cases and seeds; ``worst``: the mean over cases of the largest
+        value of their seeds
     every : columns for each of whose values the claim must hold by itself: ``case``, ``quantity``
     at_least, at_most : the criterion; one of them or both
     changed : every change of the criterion since it was first written, oldest first
@@ -81,7 +82,7 @@ class Claim(BaseModel):
     value: str = "rmse"
     against: Mapping[str, Chosen] | None = None
     compare: Compare = "ratio"
-    statistic: Literal["mean", "median"] = "mean"
+    statistic: Literal["mean", "median", "worst"] = "mean"
     every: tuple[Literal["case", "quantity", "sensors", "estimator"], ...] = ()
     at_least: float | None = None
     at_most: float | None = None
@@ -96,6 +97,8 @@ class Claim(BaseModel):
         for column in (*self.of, *(self.against or {})):
             if column not in RESULT_COLUMNS:
                 raise ValueError(f"column {column} is unknown")
+        if self.statistic == "worst" and self.against is not None:
+            raise ValueError("statistic worst compares nothing, expected no against")
         if self.value not in RESULT_COLUMNS and not self.value.startswith(STATUS_IS):
             raise ValueError(f"value {self.value} is no column")
         return self

@@ -164,6 +164,8 @@ def _interval(claim: Claim, name: str, table: pd.DataFrame) -> Interval:
     cells = table.groupby(CELL, sort=False).ngroup()
     strata = Strata(np.asarray(cells, dtype=np.int64))
     value = np.asarray(table[VALUE], dtype=float)
+    if claim.statistic == "worst":
+        return interval(name, strata, lambda index: strata.worst(value[index]), len(table))
     other = np.asarray(table[OTHER], dtype=float) if claim.against is not None else None
     return interval(name, strata, lambda index: _figure(claim, value, other, index), len(table))
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import repeat
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimation.estimate import EstimateHistory
+from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import BatchEstimator
 from estimation.inputs import with_inputs
+from estimation.recording import Measurement
 from estimation.status import Status
 from estimation.watch.livelier import LEVELS, Levels
 from estimation.watch.past import Row
@@ -20,6 +23,8 @@ from estimation.watch.state import WatchState
 from estimation.watch.statistics import NEVER_CALMER, Calmer, Statistics
 from models.arrays import Array
 from models.state_space import StateSpaceModel
+
+ValueT = TypeVar("ValueT")
 
 GAP_S = 0.05
 """A step that is longer may lose what was known."""
@@ -41,17 +46,52 @@ class CleanRows:
     ) -> None:
         self._model, self._levels, self._statistics = model, levels, statistics
         self._reach, self._replay_s = reach, replay_s
+        self._components = reach.components
+        self._found = reach.found[reach.components].tolist()
+        self._none_flagged = np.zeros(len(model.sensors), dtype=np.uint8)
+        self._none_flagged.flags.writeable = False
         self._sensor_names = tuple(sensor.name for sensor in model.sensors)
 
     def may_take(self, state: WatchState) -> bool:
         """Whether nothing is left out, lost or doubted."""
+        newest_s = state.time_s
         return (
-            isinstance(self._levels[0], BatchEstimator)
-            and state.time_s is not None
+            newest_s is not None
             and not (state.out or state.is_lost or state.is_unexplained or state.tried)
-            and state.time_s >= max(state.calm_s, state.quiet_s)
-            and not (state.doubted_s > state.time_s).any()
+            and state.alarm_s == math.inf
+            and newest_s >= state.calm_s
+            and newest_s >= state.quiet_s
+            and max(state.doubted_s.tolist(), default=-math.inf) <= newest_s
         )
+
+    def one(self, state: WatchState, time_s: float, y: Array) -> tuple[WatchState, Estimate] | None:
+        """Take one row; None where a step has to look at it.
+
+        A live estimator calls this at each of its steps, so it builds what it returns of what
+        changed, without the checks of ``dataclasses.replace``.
+        """
+        newest_s = state.time_s
+        if newest_s is None or not 0 <= time_s - newest_s <= GAP_S or self._model.n_u:
+            return None
+        known = state.known[self._components].tolist()
+        inner, estimate = self._levels[state.level].step(state.inner, Measurement(time_s, y))
+        std = np.sqrt(estimate.state.covariance.diagonal())
+        for of_it in (state.std, std):
+            found = zip(of_it[self._components].tolist(), self._found, known, strict=True)
+            if any((each < limit) != is_known for each, limit, is_known in found):
+                return None
+        v, S = estimate.innovation, estimate.innovation_covariance
+        memory = self._statistics.one(state.memory, time_s, y, v, S, _calmer(state))
+        if memory is None:
+            return None
+        past = state.past.after((Row(time_s, y, NONE_DROPPED),))
+        if past.is_due():
+            past = past.anchored(inner, time_s, self._replay_s)
+        changed = {"inner": inner, "memory": memory, "past": past, "std": std, "time_s": time_s}
+        told: dict[str, Any] = {"flagged": self._none_flagged}
+        if state.level:
+            told["status"] = estimate.status | Status.LIVELIER
+        return _with(state, changed), _with(estimate, told)
 
     def taken(
         self, state: WatchState, time_s: Array, y: Array, covariances: bool
@@ -62,7 +102,9 @@ class CleanRows:
         ----------
         time_s, y, covariances : see `estimation.watch.watched.Watched.batch`
         """
-        estimator: Any = self._levels[state.level]
+        estimator = self._levels[state.level]
+        if not isinstance(estimator, BatchEstimator):
+            return state, None
         inner, history = estimator.batch(state.inner, time_s, y, covariances=True)
         count, memory, known = self._count(state, time_s, y, history)
         if count == 0:
@@ -103,7 +145,7 @@ class CleanRows:
     ) -> tuple[int, Array, NDArray[np.bool_]]:
         """Return how many rows need no look, and the statistics and what is known behind them."""
         assert state.time_s is not None
-        components = self._reach.components
+        components = self._components
         stds = np.vstack([state.std[components], history.std[:, components]])
         is_found = stds < self._reach.found[components]
         known = np.logical_or.accumulate(np.vstack([state.known[components], is_found[1:]]))
@@ -135,6 +177,14 @@ class CleanRows:
             rows.append(with_inputs(self._model, known, each))
             known = rows[-1][self._model.n_y :]
         return rows
+
+
+def _with(value: ValueT, changed: Mapping[str, Any]) -> ValueT:
+    """Return a frozen value with some members changed."""
+    found = object.__new__(type(value))
+    found.__dict__.update(value.__dict__)
+    found.__dict__.update(changed)
+    return found
 
 
 def _calmer(state: WatchState) -> Calmer:

@@ -80,7 +80,10 @@ class CompiledStatistics:
         self._clean = self._library["watch_clean"]
         self._clean.argtypes = [pointer, pointer, real, integer, *[pointer] * 4, *[real] * 3]
         self._clean.restype = integer
-        self._self = ctypes.addressof(structure)
+        self._one = self._library["watch_one"]
+        self._one.argtypes = [pointer, pointer, pointer, real, *[pointer] * 3, *[real] * 3]
+        self._one.restype = integer
+        self._self, self._size = ctypes.addressof(structure), statistics.layout.size
 
     def clean(
         self,
@@ -103,3 +106,20 @@ class CompiledStatistics:
             *calmer,
         )
         return found
+
+    def one(
+        self, memory: Array, time_s: float, y: Array, v: Array, S: Array, calmer: Calmer
+    ) -> Array | None:
+        """See `estimation.watch.statistics.Statistics.one`; y, v and S contiguous."""
+        after = np.empty(self._size)
+        is_clean = self._one(
+            self._self,
+            address(memory),
+            address(after),
+            time_s,
+            address(y),
+            address(v),
+            address(S),
+            *calmer,
+        )
+        return after if is_clean else None

@@ -18,12 +18,14 @@ class Hypothesis:
     freed : those whose biases may be anything
     is_restart : whether what was known of the state is wrong, biases aside
     level : of `estimation.watch.livelier.LEVELS`
+    is_doubted : whether what was known of the state is less certain than it seemed
     """
 
     left_out: frozenset[int] = frozenset()
     freed: frozenset[int] = frozenset()
     is_restart: bool = False
     level: int = 0
+    is_doubted: bool = False
 
 
 class Causes:
@@ -96,9 +98,6 @@ class Causes:
         may_restart: bool,
     ) -> list[Hypothesis]:
         """Return hypotheses that a sensor that was left out is right again."""
-        found = [Hypothesis(others, level=level)]
         freed = frozenset({sensor}) if sensor in self._with_bias else frozenset[int]()
-        if has_freed:
-            starts = (False, True) if may_restart else (False,)
-            found += [Hypothesis(others, freed, again, level) for again in starts]
-        return found
+        biases = (frozenset[int](), freed) if has_freed else (frozenset[int](),)
+        return [Hypothesis(others, each, may_restart, level) for each in biases]

@@ -65,7 +65,7 @@ def _limits(sensor: SensorModel) -> SensorLimits:
     rate_hz = sensor.rate_hz or USUAL_RATE_HZ
     weights = tuple(-math.expm1(-1 / (rate_hz * tau)) for tau in WINDOWS_S)
     count = np.arange(1, sensor.n_r + 1)
-    squared = tuple(chi2.ppf(OUTLIER_PROBABILITY, count).tolist())
+    squared = tuple(np.asarray(chi2.ppf(OUTLIER_PROBABILITY, count)).tolist())
     known = limit_table().get(sensor.kind)
     usual = tuple(known["usual"]) if known else _by_chance(sensor.n_r, weights)
     return SensorLimits(

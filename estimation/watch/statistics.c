@@ -103,6 +103,10 @@ static void take(const Statistics *s, real *memory, const real *z)
             *share = b * b * *share + a * a;
             *energy = b * *energy + a * squared;
         }
+        const real a = s->weights[i * s->windows];
+        const real much = LIVELIER * s->usual[2 * s->windows * i + s->windows];
+        real *busy = memory + at->busy + i;
+        *busy = (1 - a) * *busy + a * (squared > much ? 1 : 0);
         memory[at->samples + i] += 1;
     }
 }
@@ -163,6 +167,20 @@ static int is_calm(const Statistics *s, const real *memory, real factor)
             return 0;
     }
     return 1;
+}
+
+/* As `watch_clean`, one instant that is not late: from one memory to another. Returns whether nothing
+ * stands out. */
+integer watch_one(const Statistics *s, const real *before, real *memory, real time_s,
+                  const real *y, const real *v, const real *S,
+                  real since_s, real after_s, real factor);
+integer watch_one(const Statistics *s, const real *before, real *memory, real time_s,
+                  const real *y, const real *v, const real *S,
+                  real since_s, real after_s, real factor)
+{
+    memcpy(memory, before, (size_t)s->watch.size * sizeof(real));
+    return is_clean(s, memory, 0, time_s, y, v, S)
+           && !(factor > 0 && !(time_s - since_s < after_s) && is_calm(s, memory, factor));
 }
 
 /* Take n instants up to the first in which something stands out; returns how many. With a factor

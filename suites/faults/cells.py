@@ -120,13 +120,17 @@ class Bench:
         self._streams: dict[tuple[int, float], Stream] = {}
 
     def score(self, fault: Fault, seed: int) -> Score:
-        """Return the score of one run; an exception is a score too."""
+        """Return the score of one run."""
+        return self.scored(fault, seed)[0]
+
+    def scored(self, fault: Fault, seed: int) -> tuple[Score, Errors | None]:
+        """Return the score of one run and its errors; one that broke off has none."""
         clean = self.clean(seed, fault.duration_s)
         try:
             errors = self.errors(fault, seed)
         except Exception as error:  # whatever it is, it is this run's score
-            return broken(f"{type(error).__name__}: {' '.join(str(error).split())}")
-        return score(errors, clean, fault)
+            return broken(f"{type(error).__name__}: {' '.join(str(error).split())}"), None
+        return score(errors, clean, fault), errors
 
     def clean(self, seed: int, duration_s: float) -> Errors:
         """Return the errors of the fault-free run."""

@@ -42,6 +42,7 @@ class Errors:
     errors : (n, k) rad and m, infinite where the estimate is no number
     stds : (n, k) errors in claimed deviations, their size
     told : what was said
+    step_time_s : (n,)
     """
 
     names: tuple[str, ...]
@@ -49,6 +50,7 @@ class Errors:
     errors: Array
     stds: Array
     told: Told
+    step_time_s: Array
 
     @classmethod
     def of(
@@ -68,7 +70,7 @@ class Errors:
         with np.errstate(divide="ignore", invalid="ignore"):
             stds = np.abs(errors) / claimed
         stds[~np.isfinite(stds)] = np.inf
-        return cls(names, history.time_s, errors, stds, Told.of(history))
+        return cls(names, history.time_s, errors, stds, Told.of(history), history.step_time_s)
 
     @property
     def lasting_s(self) -> Array:
@@ -88,7 +90,8 @@ class Errors:
 
     def _length(self, of: tuple[str, ...]) -> Array:
         part = self.errors[:, [name in of for name in self.names]]
-        return np.asarray(np.sqrt((part**2).sum(axis=1)))
+        with np.errstate(over="ignore"):
+            return np.asarray(np.sqrt((part**2).sum(axis=1)))
 
 
 @dataclass(frozen=True)
@@ -127,8 +130,8 @@ class Score:
 
     @property
     def is_silent_wrong(self) -> bool:
-        """Whether it is a silent wrong answer; a run that broke off is none, but see `broke`."""
-        return self.silent_s > SILENT_S
+        """Whether it is a silent wrong answer, as a run that broke off is."""
+        return self.silent_s > SILENT_S + INSTANT_S
 
 
 def score(errors: Errors, clean: Errors, fault: Fault) -> Score:
@@ -213,4 +216,5 @@ def raised(flags: NDArray[np.bool_]) -> int:
 
 
 def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    with np.errstate(over="ignore"):
+        return float(np.sqrt(np.mean(values**2)))

@@ -59,7 +59,7 @@ def test_all_suites_run_without_a_name(asked: list[tuple[Any, ...]], tmp_path: P
     arguments = ["--output", str(tmp_path), "--seeds", "3", "--jobs", "1", "--data", str(tmp_path)]
     assert call("benchmark", "real", "pen", "real", *arguments).exit_code == 0
     assert call("benchmark", "tilt", "--scheduler", "tcp://there:1").exit_code == 0
-    everything = ["pen", "tilt", "gyro-free", "classics", "real"]
+    everything = ["pen", "tilt", "gyro-free", "classics", "faults", "real"]
     assert asked == [
         (everything, Path("results"), Scope(5, None), Workers(2, None)),
         (["real", "pen"], tmp_path, Scope(3, str(tmp_path)), Workers(1, None)),
@@ -98,7 +98,10 @@ def test_the_data_folder_comes_from_its_variable(
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (("sped",), "suite sped is unknown, expected one of pen, tilt, gyro-free, classics, real"),
+        (
+            ("sped",),
+            "suite sped is unknown, expected one of pen, tilt, gyro-free, classics, faults, real",
+        ),
         (("pen", "stroke"), "suite stroke is unknown, expected one of pen, tilt"),
         (("pen", "speed"), "suite speed among others, expected it alone: it needs quiet"),
         (("pen", "--motion", "turn"), "--motion and --recording are of --pen, expected a pen"),

@@ -97,6 +97,7 @@ def small_suites(data: str) -> dict[str, SmallRun]:
         "tilt": suite("tilt", 60),
         "gyro-free": suite("gyro-free", 40),
         "classics": suite("classics", 8, is_ekf),
+        "faults": suite("faults", 8, is_ekf),
         "real": suite("real", 8, is_ekf, data),
     }
 

@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 
 from benchmark.figures.figure import TRUTH, Figure, Line, Panel
+from benchmark.figures.table import Table
+from benchmark.report.broken import MOST
 from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, Results
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task, failed
@@ -280,7 +282,7 @@ def suites(folder: Path) -> list[Suite]:
         ),
         Suite(
             "nasty", NASTY[0], NASTY[1], no_tasks, no_run, nasty, nasty_figures,
-            reads=lambda task: "somewhere",
+            reads=lambda task: "somewhere", tables=lambda found: [long_table()],
         ),
         Suite(
             "real",
@@ -293,6 +295,12 @@ def suites(folder: Path) -> list[Suite]:
             missing=lambda scope: "No data given: see --data." if scope.data is None else "",
         ),
     ]  # fmt: skip
+
+
+def long_table() -> Table:
+    """Return a table that the text cuts short."""
+    rows = [(f"row {k} of {NASTY[0]}", NASTY[1]) for k in range(MOST + 2)]
+    return Table(f"Rows {NASTY[2]}", f"In order of {NASTY[0]}.", (NASTY[2], NASTY[0]), rows)
 
 
 RUN: dict[str, Any] = {

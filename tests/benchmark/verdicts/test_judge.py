@@ -212,6 +212,23 @@ def test_infinite_and_missing_values(recwarn: pytest.WarningsRecorder) -> None:
     assert not recwarn.list
 
 
+def test_the_worst_seed_of_every_cell() -> None:
+    rows = table(
+        *seeds([0.0, 1.0, 0.0, 0.0], case="a"),
+        *seeds([0.0, 0.0, 0.0, 0.0], case="b"),
+        *seeds([1.0, 1.0, 1.0, 1.0], case="c"),
+        *seeds([0.0, 0.0, 0.0, 0.0], case="d"),
+    )
+    assert one(rows, at_most=1.0).figure == pytest.approx(5 / 16)
+    found = one(rows, at_most=1.0, statistic="worst")
+    assert (found.figure, found.pairs) == (0.5, 16)
+    assert (found.low, found.high) == (0.25, 0.5)  # three in ten resamples of a lack its 1
+    assert one(rows, at_most=0.5, statistic="worst").verdict == HOLDS
+    assert one(rows, at_most=0.4, statistic="worst").verdict == UNDECIDED
+    parts = one(rows, at_most=0.4, statistic="worst", every=["case"]).parts
+    assert [part.figure for part in parts] == [1.0, 0.0, 1.0, 0.0]
+
+
 def test_no_rows_are_no_verdict() -> None:
     assert one(table(), at_most=1).verdict == NO_DATA
     found = one(table(*seeds([1.0])), of={"estimator": "mhe"}, at_most=1, every=["case"])
