@@ -20,7 +20,7 @@ from estimation.watch.livelier import LEVELS, Levels
 from estimation.watch.past import Row
 from estimation.watch.reach import Reach
 from estimation.watch.state import WatchState
-from estimation.watch.statistics import NEVER_CALMER, Calmer, Statistics
+from estimation.watch.statistics import NEVER_CALMER, Calmer, Known, Statistics
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
@@ -47,7 +47,8 @@ class CleanRows:
         self._model, self._levels, self._statistics = model, levels, statistics
         self._reach, self._replay_s = reach, replay_s
         self._components = reach.components
-        self._found = reach.found[reach.components].tolist()
+        self._limit = np.full(model.n_x, np.nan)
+        self._limit[reach.components] = reach.found[reach.components]
         self._none_flagged = np.zeros(len(model.sensors), dtype=np.uint8)
         self._none_flagged.flags.writeable = False
         self._sensor_names = tuple(sensor.name for sensor in model.sensors)
@@ -73,17 +74,13 @@ class CleanRows:
         newest_s = state.time_s
         if newest_s is None or not 0 <= time_s - newest_s <= GAP_S or self._model.n_u:
             return None
-        known = state.known[self._components].tolist()
         inner, estimate = self._levels[state.level].step(state.inner, Measurement(time_s, y))
-        std = np.sqrt(estimate.state.covariance.diagonal())
-        for of_it in (state.std, std):
-            found = zip(of_it[self._components].tolist(), self._found, known, strict=True)
-            if any((each < limit) != is_known for each, limit, is_known in found):
-                return None
         v, S = estimate.innovation, estimate.innovation_covariance
-        memory = self._statistics.one(state.memory, time_s, y, v, S, _calmer(state))
-        if memory is None:
+        known = Known(self._limit, state.known, state.std, estimate.state.covariance)
+        found = self._statistics.one(state.memory, time_s, y, v, S, _calmer(state), known)
+        if found is None:
             return None
+        memory, std = found
         past = state.past.after((Row(time_s, y, NONE_DROPPED),))
         if past.is_due():
             past = past.anchored(inner, time_s, self._replay_s)

@@ -14,7 +14,7 @@ from estimation.native import LOOPS, STRICT, CSource, shared_libraries
 from models.arrays import Array
 
 if TYPE_CHECKING:
-    from estimation.watch.statistics import Calmer, Statistics
+    from estimation.watch.statistics import Calmer, Known, Statistics
 
 SOURCE = "statistics.c"
 
@@ -81,7 +81,8 @@ class CompiledStatistics:
         self._clean.argtypes = [pointer, pointer, real, integer, *[pointer] * 4, *[real] * 3]
         self._clean.restype = integer
         self._one = self._library["watch_one"]
-        self._one.argtypes = [pointer, pointer, pointer, real, *[pointer] * 3, *[real] * 3]
+        places, numbers = [pointer] * 3, [real] * 3
+        self._one.argtypes = [*places, real, *places, integer, *places, pointer, pointer, *numbers]
         self._one.restype = integer
         self._self, self._size = ctypes.addressof(structure), statistics.layout.size
 
@@ -108,10 +109,19 @@ class CompiledStatistics:
         return found
 
     def one(
-        self, memory: Array, time_s: float, y: Array, v: Array, S: Array, calmer: Calmer
-    ) -> Array | None:
-        """See `estimation.watch.statistics.Statistics.one`; y, v and S contiguous."""
-        after = np.empty(self._size)
+        self,
+        memory: Array,
+        time_s: float,
+        y: Array,
+        v: Array,
+        S: Array,
+        calmer: Calmer,
+        known: Known,
+    ) -> tuple[Array, Array] | None:
+        """See `estimation.watch.statistics.Statistics.one`; arrays contiguous."""
+        n_x = len(known.limit)
+        after, std = np.empty(self._size), np.empty(n_x)
+        is_known: Any = known.known
         is_clean = self._one(
             self._self,
             address(memory),
@@ -120,6 +130,12 @@ class CompiledStatistics:
             address(y),
             address(v),
             address(S),
+            n_x,
+            address(known.covariance),
+            address(known.limit),
+            address(is_known),
+            address(known.std),
+            address(std),
             *calmer,
         )
-        return after if is_clean else None
+        return (after, std) if is_clean else None

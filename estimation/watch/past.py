@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from models.arrays import Array
@@ -59,7 +59,7 @@ class Past:
 
     def after(self, rows: tuple[Row, ...]) -> Past:
         """Return it with more rows."""
-        return replace(self, rows=self.rows + rows)
+        return Past(self.anchors, self.rows + rows)
 
     def is_due(self) -> bool:
         """Whether there is a state to keep."""

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimation.chosen import chosen
 from estimation.layout import Layout
@@ -55,6 +56,21 @@ class Calmer(NamedTuple):
 
 
 NEVER_CALMER = Calmer(0.0, 0.0, 0.0)
+
+
+class Known(NamedTuple):
+    """Whether states are known: where their deviations are below a limit, NaN for one without.
+
+    Parameters
+    ----------
+    limit, known, std : (n_x,) limits, which states were known, and their deviations before
+    covariance : (n_x, n_x) of now
+    """
+
+    limit: Array
+    known: NDArray[np.bool_]
+    std: Array
+    covariance: Array
 
 
 @dataclass(frozen=True)
@@ -331,17 +347,28 @@ class Statistics:
         return len(time_s)
 
     def one(
-        self, memory: Array, time_s: float, y: Array, v: Array, S: Array, calmer: Calmer
-    ) -> Array | None:
-        """Return what is remembered behind one instant, not late; None where something stands out.
+        self,
+        memory: Array,
+        time_s: float,
+        y: Array,
+        v: Array,
+        S: Array,
+        calmer: Calmer,
+        known: Known,
+    ) -> tuple[Array, Array] | None:
+        """Return what is remembered behind one instant, not late, and the deviations (n_x,).
 
-        See `clean`.
+        None where something stands out, or what is known changes; see `clean`.
         """
         if self._compiled is not None:
-            return self._compiled.one(memory, time_s, y, v, S, calmer)
-        after = memory.copy()
+            return self._compiled.one(memory, time_s, y, v, S, calmer, known)
+        std, after = np.sqrt(known.covariance.diagonal()), memory.copy()
+        asked = ~np.isnan(known.limit)
+        for each in (std, known.std):
+            if ((each < known.limit) != known.known)[asked].any():
+                return None
         rows = np.array([time_s]), y[None], v[None], S[None]
-        return after if self.clean(after, time_s, *rows, calmer) else None
+        return (after, std) if self.clean(after, time_s, *rows, calmer) else None
 
     def _is_clean(
         self,
