@@ -24,6 +24,8 @@ from models.state_space import StateSpaceModel
 
 FITS = 0.85
 """Largest score of a sensor that fits."""
+PEAK_S = 0.12
+"""So long at its end a replay has to fit."""
 FEWEST_SAMPLES = 3
 """Of a sensor that can be judged."""
 DOUBTED = 4.0
@@ -41,7 +43,8 @@ class Replayed:
     anchor : where it began
     inner, estimate : the estimator's state and estimate behind its last row
     memory : of the statistics
-    score : the largest of the sensors that are kept; inf where none can be judged
+    score : the largest of the sensors that are kept, over the last `PEAK_S`; inf where none can be
+        judged
     """
 
     hypothesis: Hypothesis
@@ -126,12 +129,14 @@ class Replays:
         given = [
             self.without(row.y, (row.dropped - undropped) | hypothesis.left_out) for row in rows
         ]
-        memory = self._statistics.first().tolist()
+        memory, score = self._statistics.first().tolist(), 0.0
         if len(rows) > 1:
             inner, v, S, _ = many(estimator, inner, rows[:-1], given[:-1])
-            for innovation, covariance in zip(v.tolist(), S.tolist(), strict=True):
+            for row, innovation, covariance in zip(rows, v.tolist(), S.tolist(), strict=False):
                 z, _ = self._statistics.distances(innovation, covariance)
                 self._statistics.take(memory, z)
+                if row.time_s >= rows[-1].time_s - PEAK_S:
+                    score = max(score, self._score(memory, hypothesis.left_out))
         inner, estimate = estimator.step(inner, Measurement(rows[-1].time_s, given[-1]))
         z, far = self._statistics.distances(
             estimate.innovation.tolist(), estimate.innovation_covariance.tolist()
@@ -139,7 +144,7 @@ class Replays:
         self._statistics.take(memory, z)
         self._statistics.count_outliers(memory, far, self._statistics.outliers(memory, far))
         anchor = Anchor(start.number, first, start.time_s, known)
-        score = self._score(memory, hypothesis.left_out)
+        score = max(score, self._score(memory, hypothesis.left_out))
         return Replayed(hypothesis, anchor, inner, estimate, np.array(memory), score)
 
     def _changed(

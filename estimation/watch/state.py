@@ -47,6 +47,7 @@ class WatchState:
     time_s : of the newest instant; None before the first
     calm_s : until when nothing is judged
     quiet_s : until when no alarm is followed
+    alarm_s : when an alarm is followed that waits; inf where none does
     freed_s, doubted_s : (n_sensors,) when a bias was freed, until when a sensor is spoken of
     blamed : (n_sensors,) when each was last left out, and how long at least
     level_s : since when the level is what it is
@@ -69,6 +70,7 @@ class WatchState:
     time_s: float | None = None
     calm_s: float = -np.inf
     quiet_s: float = -np.inf
+    alarm_s: float = np.inf
     level_s: float = -np.inf
     tried: int = 0
 

@@ -103,6 +103,10 @@ static void take(const Statistics *s, real *memory, const real *z)
             *share = b * b * *share + a * a;
             *energy = b * *energy + a * squared;
         }
+        const real a = s->weights[i * s->windows];
+        const real much = LIVELIER * s->usual[2 * s->windows * i + s->windows];
+        real *busy = memory + at->busy + i;
+        *busy = (1 - a) * *busy + a * (squared > much ? 1 : 0);
         memory[at->samples + i] += 1;
     }
 }

@@ -5,6 +5,7 @@ Per sensor and window, with a the weight of a sample:
 
     m ← (1 - a) m + a z,    s ← (1 - a)² s + a²,    mean score |m|² / s
     e ← (1 - a) e + a d²/n,                         energy score e
+    b ← (1 - a) b + a [d²/n is much],               of the first window: how busy it is
 
 |m|²/s is χ² with n degrees of freedom where z is white; e begins at zero, as nothing speaks against
 a sensor yet. A score is a statistic by its limit: above 1 is an alarm. Repeats are samples that
@@ -36,6 +37,8 @@ Flat = list[float] | Array
 
 LIVELIER = 0.5
 """Share of the largest clean energy that all inertial sensors have where a body moves more."""
+BUSY = 0.5
+"""Share of the samples with such an energy, in a motion that is livelier."""
 REPEATS_S = 0.5
 """Between two repeats that count together."""
 
@@ -103,12 +106,14 @@ class Statistics:
                 "mean": (windows, model.n_r),
                 "share": (windows, n),
                 "energy": (windows, n),
+                "busy": (n,),
             },
         )
         self._start = {name: part.start for name, part in self.layout.slices.items()}
         self._n_r = model.n_r
         self._compiled = chosen(
-            lambda: CompiledStatistics(self, {"REPEATS_S": REPEATS_S}), lambda: None
+            lambda: CompiledStatistics(self, {"REPEATS_S": REPEATS_S, "LIVELIER": LIVELIER}),
+            lambda: None,
         )
 
     def first(self) -> Array:
@@ -188,6 +193,9 @@ class Statistics:
                 share, energy = at["share"] + w * n + i, at["energy"] + w * n + i
                 memory[share] = b * b * memory[share] + a * a
                 memory[energy] = b * memory[energy] + a * squared
+            a, usual = sensor.limits.weights[0], sensor.limits.usual[len(WINDOWS_S)]
+            is_busy = 1.0 if squared > LIVELIER * usual else 0.0
+            memory[at["busy"] + i] = (1.0 - a) * memory[at["busy"] + i] + a * is_busy
             memory[at["samples"] + i] += 1.0
 
     def outliers(self, memory: Numbers, far: Numbers) -> list[int]:
@@ -240,18 +248,49 @@ class Statistics:
             scores[i] = score
         return scores
 
-    def is_livelier(self, memory: Numbers, sensors: Iterable[int]) -> bool:
-        """Whether all of some sensors have about as much energy as clean data ever had, or more."""
-        values, windows = self.values(memory), len(WINDOWS_S)
-        energies = [
-            max(
-                values[each.index][windows + w] / each.limits.usual[windows + w]
-                for w in range(windows)
-            )
-            for each in self.sensors
-            if each.index in sensors
+    def is_livelier(self, memory: Numbers, left_out: Container[int]) -> bool:
+        """Whether it looks as if the body moves more than its model says.
+
+        All inertial sensors have about as much energy as clean data ever had, or more; or the only
+        thing that stands out is energy, of inertial sensors that are busy with it.
+        """
+        inertial = [x for x in self.sensors if x.is_inertial and x.index not in left_out]
+        values, windows = self.values(memory), self.windows
+        shares = [
+            max(values[x.index][w] / x.limits.usual[w] for w in range(windows, 2 * windows))
+            for x in inertial
         ]
-        return bool(energies) and min(energies) > LIVELIER
+        if shares and min(shares) > LIVELIER:
+            return True
+        if not self.is_only_energy(memory, left_out):
+            return False
+        busy = self._start["busy"]
+        return all(memory[busy + i] > BUSY for i in self._energetic(memory, left_out))
+
+    def is_only_energy(self, memory: Numbers, left_out: Container[int]) -> bool:
+        """Whether nothing else stands out but the energy of inertial sensors."""
+        values, windows = self.values(memory), self.windows
+        outliers = self._start["outliers"]
+        for x in self.sensors:
+            i, limit = x.index, x.limits.limit
+            if i in left_out:
+                continue
+            means = any(values[i][w] > limit[w] for w in range(windows))
+            if means or memory[outliers + i] >= x.limits.outliers:
+                return False
+        return all(
+            x.is_inertial for x in self.sensors if x.index in self._energetic(memory, left_out)
+        )
+
+    def _energetic(self, memory: Numbers, left_out: Container[int]) -> list[int]:
+        """Return the sensors whose energy is above its limit."""
+        values, windows = self.values(memory), self.windows
+        return [
+            x.index
+            for x in self.sensors
+            if x.index not in left_out
+            and any(values[x.index][w] > x.limits.limit[w] for w in range(windows, 2 * windows))
+        ]
 
     def clean(
         self,
@@ -323,7 +362,7 @@ class Statistics:
         """Forget a sensor's samples, its repeats aside."""
         view = self.layout.view
         rows = next(each.rows for each in self.sensors if each.index == sensor)
-        for block in ("samples", "outliers"):
+        for block in ("samples", "outliers", "busy"):
             view(memory, block)[sensor] = 0.0
         for block in ("share", "energy"):
             view(memory, block)[:, sensor] = 0.0

@@ -32,6 +32,8 @@ from models.given_prior import Prior
 
 CALM_S = 0.15
 """From a start on nothing is judged so long."""
+WAIT_S = 0.1
+"""So long an alarm by nothing but energy waits: a motion that begins is soon told from a fault."""
 QUIET_S = 0.3
 """So long no second alarm is followed."""
 SPOKEN_S = 1.0
@@ -148,7 +150,9 @@ class Watched:
         for each in self._statistics.sensors:
             self._statistics.forget(memory, each.index)
         past = Past((Anchor(state.past.count, inner, t, begun),))
-        return replace(state, inner=inner, memory=memory, past=past, calm_s=t + CALM_S, tried=0)
+        return replace(
+            state, inner=inner, memory=memory, past=past, calm_s=t + CALM_S, alarm_s=np.inf, tried=0
+        )
 
     def _taken(
         self, state: WatchState, t: float, y: Array, dropped: frozenset[int]
@@ -215,7 +219,11 @@ class Watched:
         scores = self._statistics.scores(state.memory)
         for i in state.left_out:
             scores[i] = 0.0
-        if max(scores) <= 1:
+        if max(scores) > 1 and t < state.alarm_s and self._waits(state):
+            return self._waiting(state, t), estimate
+        if max(scores) <= 1 and t >= state.alarm_s and state.level > 0:
+            return replace(state, alarm_s=np.inf), estimate  # a burst of what is livelier anyway
+        if max(scores) <= 1 and t < state.alarm_s:
             if state.is_unexplained and max(scores) < FITS:
                 state = replace(state, is_unexplained=False)
             return self._calmer(state, t, estimate)
@@ -228,13 +236,13 @@ class Watched:
         start = self._replays.start(state.past, state.level, self.config.replay_s)
         may_free = [i for i in range(self._n) if t - state.freed_s[i] > FREED_AGAIN_S]
         began, tried = time.perf_counter(), 0
-        inertial = [i for i in self._causes.inertial if i not in state.left_out]
         tiers = self._causes.tiers(
             state.left_out,
             state.level,
             may_free=may_free,
             may_restart=self.config.on_lost == "restart",
-            is_livelier=state.level > 0 or self._statistics.is_livelier(state.memory, inertial),
+            is_livelier=state.level > 0
+            or self._statistics.is_livelier(state.memory, state.left_out),
         )
         for tier in tiers:
             tried += 1
@@ -248,7 +256,17 @@ class Watched:
             spent = time.perf_counter() - began
             if self.config.deadline_s is not None and spent > self.config.deadline_s / 2:
                 return replace(state, tried=tried), estimate
-        return replace(state, is_unexplained=True, quiet_s=t + QUIET_S, tried=0), estimate
+        is_alarm = max(scores) > 1
+        return replace(
+            state, is_unexplained=is_alarm, quiet_s=t + QUIET_S, alarm_s=np.inf, tried=0
+        ), estimate
+
+    def _waits(self, state: WatchState) -> bool:
+        """Whether an alarm may be a motion that begins: more will be clear a moment later."""
+        return self._statistics.is_only_energy(state.memory, state.left_out)
+
+    def _waiting(self, state: WatchState, t: float) -> WatchState:
+        return state if np.isfinite(state.alarm_s) else replace(state, alarm_s=t + WAIT_S)
 
     def _adopted(self, state: WatchState, t: float, found: Replayed) -> WatchState:
         """Return the state behind a replay: what it found, it goes on with."""
@@ -283,6 +301,7 @@ class Watched:
             doubted_s=doubted,
             blamed=tuple(blamed),
             quiet_s=t + QUIET_S,
+            alarm_s=np.inf,
             tried=0,
         )
 
@@ -498,6 +517,7 @@ class Watched:
             isinstance(self.estimator, BatchEstimator)
             and state.time_s is not None
             and not (state.out or state.is_lost or state.is_unexplained or state.tried)
+            and np.isinf(state.alarm_s)
             and state.time_s >= max(state.calm_s, state.quiet_s)
             and not (state.doubted_s > state.time_s).any()
         )
