@@ -280,8 +280,8 @@ class Statistics:
             return True
         if not self.is_only_energy(memory, left_out):
             return False
-        busy = self._start["busy"]
-        return all(memory[busy + i] > BUSY for i in self._energetic(memory, left_out))
+        busy, energetic = self._start["busy"], self._energetic(memory, left_out)
+        return bool(energetic) and all(memory[busy + i] > BUSY for i in energetic)
 
     def is_only_energy(self, memory: Numbers, left_out: Container[int]) -> bool:
         """Whether nothing else stands out but the energy of inertial sensors."""

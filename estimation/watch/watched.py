@@ -34,6 +34,8 @@ CALM_S = 0.15
 """From a start on nothing is judged so long."""
 WAIT_S = 0.1
 """So long an alarm by nothing but energy waits: a motion that begins is soon told from a fault."""
+ONSET_ROWS = 4
+"""What is sudden began at most so many rows before its alarm."""
 QUIET_S = 0.3
 """So long no second alarm is followed."""
 SPOKEN_S = 1.0
@@ -235,7 +237,7 @@ class Watched:
             for each in self._statistics.sensors
             if counts[each.index] >= each.limits.outliers
         )
-        start = self._replays.start(state.past, state.level, self.config.replay_s)
+        whole = self._replays.start(state.past, state.level, self.config.replay_s)
         may_free = [i for i in range(self._n) if t - state.freed_s[i] > FREED_AGAIN_S]
         began, tried = time.perf_counter(), 0
         tiers = self._causes.tiers(
@@ -250,7 +252,11 @@ class Watched:
             tried += 1
             if tried <= state.tried:
                 continue
-            found = [self._replay(state, start, each, undropped) for each in tier]
+            found = [
+                self._replay(state, start, each, undropped)
+                for each in tier
+                for start in (self._onsets(state, t, undropped) if each.is_sudden else [whole])
+            ]
             fitting = [each for each in found if each is not None and each.fits]
             if fitting:
                 best = min(fitting, key=lambda each: each.score)
@@ -262,6 +268,18 @@ class Watched:
         return replace(
             state, is_unexplained=is_alarm, quiet_s=t + QUIET_S, alarm_s=np.inf, tried=0
         ), estimate
+
+    def _onsets(self, state: WatchState, t: float, undropped: frozenset[int]) -> list[Anchor]:
+        """Return what was known in front of the rows at which what is sudden may have begun."""
+        past = state.past
+        newest = past.first_since(min(t, state.alarm_s - WAIT_S))
+        for row in reversed(past.rows):
+            if not undropped <= row.dropped and any(
+                self._replays.has_reading(row.y, i) and i not in row.dropped for i in undropped
+            ):
+                break
+            newest -= 1 if undropped else 0
+        return [self._replays.before(past, state.level, newest - k) for k in range(ONSET_ROWS)]
 
     def _waits(self, state: WatchState) -> bool:
         """Whether an alarm may be a motion that begins: more will be clear a moment later."""

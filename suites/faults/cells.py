@@ -37,6 +37,7 @@ from suites.faults.protocol import (
     recorded,
     true_motion,
 )
+from suites.faults.quantities import WITHIN_S
 from suites.faults.scoring import Errors, Score, broken, score
 from suites.faults.stream import Stream
 from suites.faults.table import Fault, fault_named
@@ -44,8 +45,6 @@ from suites.faults.table import Fault, fault_named
 Wrap = Callable[[Estimator[Any]], Estimator[Any]]
 Cell = tuple[str, str, str]
 """Fault's key, estimator, choice of sensors."""
-WITHIN_S = 2.0
-"""How soon estimates have to be right again."""
 
 
 def bare(estimator: Estimator[Any]) -> Estimator[Any]:

@@ -15,9 +15,7 @@ from models.state_space import StateSpaceModel
 from suites.faults.inject_readings import READINGS, Readings, swapped
 from suites.faults.protocol import targets_of
 from suites.faults.stream import Stream
-from suites.faults.table import Fault
-
-INSTANT_S = 1e-9
+from suites.faults.table import INSTANT_S, Fault
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +101,7 @@ def thinned(given: _Hit) -> Stream:
     parts = {}
     for name in given.stream.readings:
         time_s, values = given.stream.sensor(name)
-        period = np.floor((time_s + 1e-9) * given.fault.size)
+        period = np.floor((time_s + INSTANT_S) * given.fault.size)
         kept = np.diff(period, prepend=-1.0) > 0
         parts[name] = (time_s[kept], values[kept])
     return Stream.merged(parts)

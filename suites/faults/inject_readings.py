@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from models.arrays import Array
 from models.sensor_model import SensorModel
-from suites.faults.table import Fault
+from suites.faults.table import INSTANT_S, Fault
 
 POSITION, TURN = slice(0, 3), slice(3, 6)
 """Of a pose: m, rotation vector in rad."""
@@ -60,7 +60,7 @@ def spikes(given: Readings) -> Array:
     """A size is added to single readings: axes in turn, signs alternating."""
     values, fault = given.hit_values, given.fault
     for i in range(fault.spikes):
-        row = np.searchsorted(given.time_s[given.hit], fault.at_s + i * fault.apart_s - 1e-9)
+        row = np.searchsorted(given.time_s[given.hit], fault.at_s + i * fault.apart_s - INSTANT_S)
         values[row, i % values.shape[1]] += (-1) ** i * fault.size
     return values
 

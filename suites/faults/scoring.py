@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from estimation.history import EstimateHistory
 from models.arrays import Array
 from suites.faults.protocol import ANGLES, TIP
-from suites.faults.table import Fault
+from suites.faults.table import INSTANT_S, Fault
 from suites.faults.told import Told
 
 WRONG_STDS, OF_CLEAN = 5.0, 1.5
@@ -28,7 +28,6 @@ RIGHT_STDS, MOST_OFF, RIGHT_FOR_S = 3.0, 0.05, 0.3
 SLACK_DEG, SLACK_MM = 0.3, 0.5
 SETTLED_S = 1.0
 """Begin of a fault-free run that its RMS errors leave out."""
-INSTANT_S = 1e-9
 
 
 @dataclass(frozen=True, eq=False)

@@ -74,9 +74,9 @@ SUITE = Suite(
         "next 0.3 s exceed 3 claimed deviations; of a fault that stays, from its begin, and of "
         "all that follows. Accurate again: RMS at most 1.5 times the fault-free run's + 0.3° of "
         "the angles, + 0.5 mm of the tip. Quantities that are 1 or 0 are 1 where a run fails. "
-        f"From {SEEDS} seeds on the whole table runs (mhe-ipopt with N = 8 on one seed, un"
-        "watched ones on three) and a quarter of an hour without a fault per seed and speed; below, one "
-        "seed of the last fault of each row, with all sensors, on the EKF."
+        f"From {SEEDS} seeds on the whole table runs (mhe-ipopt with N = 8 on one seed, those "
+        "without a watch on three) and a quarter of an hour without a fault per seed and speed; "
+        "below, one seed of the last fault of each row, with all sensors, on the EKF."
     ),
     tasks=tasks,
     run=run,

@@ -14,6 +14,8 @@ from models.names import unknown
 from models.parsed import toml_data
 
 FILE = Path(__file__).with_name("faults.toml")
+INSTANT_S = 1e-9
+"""By which stamps may differ that are one."""
 SIZES: Mapping[str, tuple[str, float]] = MappingProxyType(
     {
         "m_s2": ("m/s²", 1.0),

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from benchmark.figures.table import Table
 from benchmark.tasks.results import Results
 from suites.faults.contenders import CONTENDERS
-from suites.faults.protocol import SENSORS
+from suites.faults.protocol import SENSORS, faults_for
 from suites.faults.quantities import PEAK, PEAK_TIP, RIGHT, SILENT
 from suites.faults.unnoticeable import declared
 
@@ -25,7 +25,9 @@ def tables(results: Results) -> Sequence[Table]:
         Table(
             f"Every cell of {name}",
             "The worst seed of each cell, the longest silence first. Said is what the fault-free "
-            "run never says, and for how long.",
+            f"run never says, and for how long. Of {len(_declared())} cells in {_all_cells()} it "
+            "was computed beforehand that in some seed nobody could notice in time; they are "
+            "marked, and judged like all others.",
             HEAD,
             rows,
         )
@@ -45,8 +47,7 @@ def _rows(results: Results, name: str) -> list[tuple[str, ...]]:
         worst.setdefault(cell, {})[quantity] = float(row["bias"])
         if quantity == SILENT:
             said[cell] = str(row["reason"] or NOTHING)
-    unnoticeable = {(each.fault, each.sensors) for each in declared()}
-    found = []
+    unnoticeable, found = _declared(), []
     for cell in sorted(said, key=lambda cell: (-worst[cell][SILENT], SENSORS.index(cell[1]), cell)):
         figures = (
             _figure(worst[cell].get(part, math.nan)) for part in (SILENT, RIGHT, PEAK, PEAK_TIP)
@@ -54,6 +55,15 @@ def _rows(results: Results, name: str) -> list[tuple[str, ...]]:
         words = f"{said[cell]} ({UNNOTICEABLE})" if cell in unnoticeable else said[cell]
         found.append((*cell, *figures, words))
     return found
+
+
+def _declared() -> set[tuple[str, str]]:
+    """Return fault and sensors of the cells that were declared unnoticeable."""
+    return {(each.fault, each.sensors) for each in declared()}
+
+
+def _all_cells() -> int:
+    return sum(len(faults_for(sensors)) for sensors in SENSORS)
 
 
 def _figure(value: float) -> str:

@@ -33,9 +33,9 @@ from models.state_space import StateSpaceModel
 from suites.faults.cells import Bench, bench_of
 from suites.faults.inject import injected
 from suites.faults.protocol import SENSORS, faults_for
-from suites.faults.scoring import INSTANT_S, SILENT_S, WRONG_STDS
+from suites.faults.scoring import SILENT_S, WRONG_STDS
 from suites.faults.stream import Stream
-from suites.faults.table import Fault
+from suites.faults.table import INSTANT_S, Fault
 
 FILE = Path(__file__).with_name("unnoticeable.toml")
 SEEDS = 10

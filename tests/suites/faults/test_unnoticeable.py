@@ -11,8 +11,15 @@ from ekf_baseline.ekf import Ekf
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.linear_models import linear_model
-from suites.faults.table import faults
-from suites.faults.unnoticeable import LIMIT, SEEDS, declared, response, unnoticed_s
+from suites.faults.table import fault_named, faults
+from suites.faults.unnoticeable import (
+    LIMIT,
+    SEEDS,
+    declared,
+    response,
+    unnoticeable,
+    unnoticed_s,
+)
 
 N, DT_S = 12, 0.1
 A = np.array([[1.0, DT_S, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])  # place, velocity, bias
@@ -116,3 +123,17 @@ def test_what_was_declared_is_in_the_table() -> None:
     assert {each.fault for each in found} <= set(faults())
     assert all(0 <= each.seed < SEEDS and each.cost < LIMIT for each in found)
     assert len({(each.fault, each.sensors) for each in found}) <= 0.05 * 164
+
+
+def test_what_was_declared_is_found_again() -> None:
+    """One run of the file; and one that is not in it, though its fault hurts as much."""
+    said = declared()[0]
+    found = unnoticeable(fault_named(said.fault), said.sensors, said.seed)
+    assert found is not None
+    assert found.wrong_s == pytest.approx(said.wrong_s, abs=0.02)
+    assert found.cost == pytest.approx(said.cost, rel=0.02)
+    assert unnoticeable(fault_named("flipped, accel, x, 1 s"), said.sensors, said.seed) is None
+
+
+def test_a_fault_of_stamps_is_never_declared() -> None:
+    assert unnoticeable(fault_named("jitter, all, 4 ms, 2 s"), "accel+gyro", 0) is None
