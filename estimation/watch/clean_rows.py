@@ -16,11 +16,13 @@ from estimation.estimator import BatchEstimator
 from estimation.inputs import with_inputs
 from estimation.recording import Measurement
 from estimation.status import Status
+from estimation.watch.asked import NEVER_CALMER, Calmer, Known
 from estimation.watch.livelier import LEVELS, Levels
 from estimation.watch.past import Row
+from estimation.watch.quiet import Quiet
 from estimation.watch.reach import Reach
 from estimation.watch.state import WatchState
-from estimation.watch.statistics import NEVER_CALMER, Calmer, Known, Statistics
+from estimation.watch.statistics import Statistics
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
@@ -44,7 +46,7 @@ class CleanRows:
         reach: Reach,
         replay_s: float,
     ) -> None:
-        self._model, self._levels, self._statistics = model, levels, statistics
+        self._model, self._levels, self._quiet = model, levels, Quiet(statistics)
         self._reach, self._replay_s = reach, replay_s
         self._components = reach.components
         self._limit = np.full(model.n_x, np.nan)
@@ -77,7 +79,7 @@ class CleanRows:
         inner, estimate = self._levels[state.level].step(state.inner, Measurement(time_s, y))
         v, S = estimate.innovation, estimate.innovation_covariance
         known = Known(self._limit, state.known, state.std, estimate.state.covariance)
-        found = self._statistics.one(state.memory, time_s, y, v, S, _calmer(state), known)
+        found = self._quiet.one(state.memory, time_s, y, v, S, _calmer(state), known)
         if found is None:
             return None
         memory, std = found
@@ -156,7 +158,7 @@ class CleanRows:
         most = int(looked_at[0]) if len(looked_at) else len(time_s)
         memory, rows = state.memory.copy(), slice(most)
         v, S = history.innovation, history.innovation_covariance
-        count = self._statistics.clean(
+        count = self._quiet.clean(
             memory, state.time_s, time_s[rows], y[rows], v[rows], S[rows], _calmer(state)
         )
         whole = state.known.copy()
