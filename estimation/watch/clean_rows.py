@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from itertools import repeat
-from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +19,10 @@ from estimation.watch.livelier import LEVELS, Levels
 from estimation.watch.past import Row
 from estimation.watch.quiet import Quiet
 from estimation.watch.reach import Reach
-from estimation.watch.state import WatchState
+from estimation.watch.state import WatchState, changed
 from estimation.watch.statistics import Statistics
 from models.arrays import Array
 from models.state_space import StateSpaceModel
-
-ValueT = TypeVar("ValueT")
 
 GAP_S = 0.05
 """A step that is longer may lose what was known."""
@@ -64,14 +60,13 @@ class CleanRows:
             and state.alarm_s == math.inf
             and newest_s >= state.calm_s
             and newest_s >= state.quiet_s
-            and max(state.doubted_s.tolist(), default=-math.inf) <= newest_s
+            and newest_s >= state.spoken_s
         )
 
     def one(self, state: WatchState, time_s: float, y: Array) -> tuple[WatchState, Estimate] | None:
         """Take one row; None where a step has to look at it.
 
-        A live estimator calls this at each of its steps, so it builds what it returns of what
-        changed, without the checks of ``dataclasses.replace``.
+        A live estimator calls this at each of its steps: no work here that C can do.
         """
         newest_s = state.time_s
         if newest_s is None or not 0 <= time_s - newest_s <= GAP_S or self._model.n_u:
@@ -83,14 +78,14 @@ class CleanRows:
         if found is None:
             return None
         memory, std = found
-        past = state.past.after((Row(time_s, y, NONE_DROPPED),))
+        past = state.past.after((Row(time_s, y.copy(), NONE_DROPPED),))
         if past.is_due():
             past = past.anchored(inner, time_s, self._replay_s)
-        changed = {"inner": inner, "memory": memory, "past": past, "std": std, "time_s": time_s}
-        told: dict[str, Any] = {"flagged": self._none_flagged}
-        if state.level:
-            told["status"] = estimate.status | Status.LIVELIER
-        return _with(state, changed), _with(estimate, told)
+        status = estimate.status | Status.LIVELIER if state.level else estimate.status
+        return (
+            changed(state, inner=inner, memory=memory, past=past, std=std, time_s=time_s),
+            changed(estimate, status=status, flagged=self._none_flagged),
+        )
 
     def taken(
         self, state: WatchState, time_s: Array, y: Array, covariances: bool
@@ -176,14 +171,6 @@ class CleanRows:
             rows.append(with_inputs(self._model, known, each))
             known = rows[-1][self._model.n_y :]
         return rows
-
-
-def _with(value: ValueT, changed: Mapping[str, Any]) -> ValueT:
-    """Return a frozen value with some members changed."""
-    found = object.__new__(type(value))
-    found.__dict__.update(value.__dict__)
-    found.__dict__.update(changed)
-    return found
 
 
 def _calmer(state: WatchState) -> Calmer:
