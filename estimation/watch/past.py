@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -12,8 +12,7 @@ BETWEEN_ANCHORS = 50
 """Rows from one state that is kept to the next: fewer make an alarm cheaper and keep more."""
 
 
-@dataclass(frozen=True, eq=False)
-class Row:
+class Row(NamedTuple):
     """A row as it was given.
 
     Parameters
@@ -60,7 +59,7 @@ class Past:
 
     def after(self, rows: tuple[Row, ...]) -> Past:
         """Return it with more rows."""
-        return replace(self, rows=self.rows + rows)
+        return Past(self.anchors, self.rows + rows)
 
     def is_due(self) -> bool:
         """Whether there is a state to keep."""

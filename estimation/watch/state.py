@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,7 @@ class WatchState:
     time_s : of the newest instant; None before the first
     calm_s : until when nothing is judged
     quiet_s : until when no alarm is followed
+    alarm_s : when an alarm is followed that waits; inf where none does
     freed_s, doubted_s : (n_sensors,) when a bias was freed, until when a sensor is spoken of
     blamed : (n_sensors,) when each was last left out, and how long at least
     level_s : since when the level is what it is
@@ -69,6 +70,7 @@ class WatchState:
     time_s: float | None = None
     calm_s: float = -np.inf
     quiet_s: float = -np.inf
+    alarm_s: float = np.inf
     level_s: float = -np.inf
     tried: int = 0
 
@@ -76,3 +78,18 @@ class WatchState:
     def left_out(self) -> frozenset[int]:
         """Numbers of the sensors that are left out."""
         return frozenset(each.sensor for each in self.out)
+
+    @property
+    def spoken_s(self) -> float:
+        """Until when some sensor is spoken of."""
+        return max(self.doubted_s.tolist())
+
+
+T = TypeVar("T")
+
+
+def changed(value: T, **fields: Any) -> T:
+    """Return a frozen value with some fields changed, three times as fast as `replace`."""
+    made = object.__new__(type(value))
+    vars(made).update(vars(value), **fields)
+    return made

@@ -5,6 +5,7 @@ Per sensor and window, with a the weight of a sample:
 
     m ← (1 - a) m + a z,    s ← (1 - a)² s + a²,    mean score |m|² / s
     e ← (1 - a) e + a d²/n,                         energy score e
+    b ← (1 - a) b + a [d²/n is much],               of the first window: how busy it is
 
 |m|²/s is χ² with n degrees of freedom where z is white; e begins at zero, as nothing speaks against
 a sensor yet. A score is a statistic by its limit: above 1 is an alarm. Repeats are samples that
@@ -17,15 +18,12 @@ Scalar recursions on one flat array, so that statistics.c says the same to the l
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from estimation.chosen import chosen
 from estimation.layout import Layout
-from estimation.watch.compiled import CompiledStatistics
 from estimation.watch.limits import MEASURES, WINDOWS_S, SensorLimits
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -36,22 +34,10 @@ Flat = list[float] | Array
 
 LIVELIER = 0.5
 """Share of the largest clean energy that all inertial sensors have where a body moves more."""
+BUSY = 0.5
+"""Share of the samples with such an energy, in a motion that is livelier."""
 REPEATS_S = 0.5
 """Between two repeats that count together."""
-
-
-class Calmer(NamedTuple):
-    """When a motion counts as calmer: after so long since an instant, with a factor on energies.
-
-    A factor of 0 is never.
-    """
-
-    since_s: float
-    after_s: float
-    factor: float
-
-
-NEVER_CALMER = Calmer(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -103,13 +89,11 @@ class Statistics:
                 "mean": (windows, model.n_r),
                 "share": (windows, n),
                 "energy": (windows, n),
+                "busy": (n,),
             },
         )
         self._start = {name: part.start for name, part in self.layout.slices.items()}
         self._n_r = model.n_r
-        self._compiled = chosen(
-            lambda: CompiledStatistics(self, {"REPEATS_S": REPEATS_S}), lambda: None
-        )
 
     def first(self) -> Array:
         """Return what is remembered before any sample, (layout.size,)."""
@@ -188,6 +172,9 @@ class Statistics:
                 share, energy = at["share"] + w * n + i, at["energy"] + w * n + i
                 memory[share] = b * b * memory[share] + a * a
                 memory[energy] = b * memory[energy] + a * squared
+            a, usual = sensor.limits.weights[0], sensor.limits.usual[len(WINDOWS_S)]
+            is_busy = 1.0 if squared > LIVELIER * usual else 0.0
+            memory[at["busy"] + i] = (1.0 - a) * memory[at["busy"] + i] + a * is_busy
             memory[at["samples"] + i] += 1.0
 
     def outliers(self, memory: Numbers, far: Numbers) -> list[int]:
@@ -240,89 +227,55 @@ class Statistics:
             scores[i] = score
         return scores
 
-    def is_livelier(self, memory: Numbers, sensors: Iterable[int]) -> bool:
-        """Whether all of some sensors have about as much energy as clean data ever had, or more."""
-        values, windows = self.values(memory), len(WINDOWS_S)
-        energies = [
-            max(
-                values[each.index][windows + w] / each.limits.usual[windows + w]
-                for w in range(windows)
-            )
-            for each in self.sensors
-            if each.index in sensors
-        ]
-        return bool(energies) and min(energies) > LIVELIER
+    def is_livelier(self, memory: Numbers, left_out: Container[int]) -> bool:
+        """Whether it looks as if the body moves more than its model says.
 
-    def clean(
-        self,
-        memory: Array,
-        newest_s: float,
-        time_s: Array,
-        y: Array,
-        v: Array,
-        S: Array,
-        calmer: Calmer = NEVER_CALMER,
-    ) -> int:
-        """Take instants into `memory` up to the first in which something stands out.
-
-        That is a sensor that is stuck, an outlier, a score above 1, or that all would be usual in a
-        calmer motion. Returns how many they are.
-
-        Parameters
-        ----------
-        newest_s : the newest instant before
-        time_s, y : (n,), (n, n_row)
-        v, S : (n, n_r), (n, n_r, n_r) of the estimates
+        All inertial sensors have about as much energy as clean data ever had, or more; or the only
+        thing that stands out is energy, of inertial sensors that are busy with it.
         """
-        if self._compiled is not None:
-            return self._compiled.clean(memory, newest_s, time_s, y, v, S, calmer)
-        now = memory.tolist()
-        rows = zip(time_s.tolist(), y.tolist(), v.tolist(), S.tolist(), strict=True)
-        for k, (t, *row) in enumerate(rows):
-            before = now.copy()
-            if not self._is_clean(now, t < newest_s, t, *row) or (
-                calmer.factor > 0
-                and not t - calmer.since_s < calmer.after_s
-                and self.is_calm(now, calmer.factor)
-            ):
-                memory[:] = before
-                return k
-            newest_s = max(newest_s, t)
-        memory[:] = now
-        return len(time_s)
-
-    def _is_clean(
-        self,
-        memory: list[float],
-        is_late: bool,
-        t: float,
-        y: Numbers,
-        v: Numbers,
-        S: Sequence[Numbers],
-    ) -> bool:
-        if not is_late and self.repeats(memory, t, y):
+        inertial = [x for x in self.sensors if x.is_inertial and x.index not in left_out]
+        values, windows = self.values(memory), self.windows
+        shares = [
+            max(values[x.index][w] / x.limits.usual[w] for w in range(windows, 2 * windows))
+            for x in inertial
+        ]
+        if shares and min(shares) > LIVELIER:
+            return True
+        if not self.is_only_energy(memory, left_out):
             return False
-        z, far = self.distances(v, S)
-        if self.outliers(memory, far):
-            return False
-        self.take(memory, z)
-        self.count_outliers(memory, far, ())
-        return not max(self.scores(memory)) > 1
+        busy, energetic = self._start["busy"], self._energetic(memory, left_out)
+        return bool(energetic) and all(memory[busy + i] > BUSY for i in energetic)
 
-    def is_calm(self, memory: Numbers, factor: float) -> bool:
-        """Whether all inertial sensors would be usual, were their energy larger by a factor."""
-        values = self.values(memory)
+    def is_only_energy(self, memory: Numbers, left_out: Container[int]) -> bool:
+        """Whether nothing else stands out but the energy of inertial sensors."""
+        values, windows = self.values(memory), self.windows
+        outliers = self._start["outliers"]
+        for x in self.sensors:
+            i, limit = x.index, x.limits.limit
+            if i in left_out:
+                continue
+            means = any(values[i][w] > limit[w] for w in range(windows))
+            if means or memory[outliers + i] >= x.limits.outliers:
+                return False
         return all(
-            factor * values[each.index][-1] <= each.limits.usual[-1]
-            for each in self.sensors
-            if each.is_inertial
+            x.is_inertial for x in self.sensors if x.index in self._energetic(memory, left_out)
         )
+
+    def _energetic(self, memory: Numbers, left_out: Container[int]) -> list[int]:
+        """Return the sensors whose energy is above its limit."""
+        values, windows = self.values(memory), self.windows
+        return [
+            x.index
+            for x in self.sensors
+            if x.index not in left_out
+            and any(values[x.index][w] > x.limits.limit[w] for w in range(windows, 2 * windows))
+        ]
 
     def forget(self, memory: Array, sensor: int) -> None:
         """Forget a sensor's samples, its repeats aside."""
         view = self.layout.view
         rows = next(each.rows for each in self.sensors if each.index == sensor)
-        for block in ("samples", "outliers"):
+        for block in ("samples", "outliers", "busy"):
             view(memory, block)[sensor] = 0.0
         for block in ("share", "energy"):
             view(memory, block)[:, sensor] = 0.0

@@ -32,6 +32,10 @@ from models.given_prior import Prior
 
 CALM_S = 0.15
 """From a start on nothing is judged so long."""
+WAIT_S = 0.1
+"""So long an alarm by nothing but energy waits: a motion that begins is soon told from a fault."""
+ONSET_ROWS = 4
+"""What is sudden began at most so many rows before its alarm."""
 QUIET_S = 0.3
 """So long no second alarm is followed."""
 SPOKEN_S = 1.0
@@ -46,6 +50,8 @@ FREED_TRIES = 4
 """Each so manieth time its bias may be anything, and the state is begun again."""
 FORGIVEN_S = 10.0
 """A sensor that has been right for so long has never been blamed."""
+SETTLING = 3
+"""Passes over a window that begins again, behind its first."""
 SHORTEST_CHUNK = 16
 """Rows of the first chunk behind something that was found."""
 
@@ -90,16 +96,30 @@ class Watched:
 
     def step(self, state: WatchState, measurement: Measurement) -> tuple[WatchState, Estimate]:
         """Take one measurement; return the new state and the estimate x_k|k."""
+        if self._clean.may_take(state):
+            taken = self._clean.one(state, float(measurement.time_s), measurement.y)
+            if taken is not None:
+                return taken
+        return self._looked_at(state, measurement)
+
+    def _looked_at(
+        self, state: WatchState, measurement: Measurement
+    ) -> tuple[WatchState, Estimate]:
+        """Take a measurement in which something stands out, or behind one."""
         t, y = float(measurement.time_s), self._with_inputs(state, measurement.y)
         is_late = state.time_s is not None and t < state.time_s
         if state.time_s is None:
             state = replace(state, calm_s=t + CALM_S)
+        begun = state.past.anchors
         if not is_late and self._may_be_lost(state, t):
             state = self._restarted(state, t, y)
+        is_begun = state.past.anchors is not begun
         state = replace(state, memory=state.memory.copy(), time_s=state.time_s if is_late else t)
         stuck = [] if is_late else self._statistics.repeats(state.memory, t, y)
         dropped = frozenset(stuck) - state.left_out
         state, estimate, outliers = self._taken(state, t, y, dropped)
+        if is_begun and estimate.window is not None:
+            state, estimate = self._settled(state, t, y, estimate)
         state = replace(
             state, past=state.past.after((Row(t, y, dropped | outliers),)), std=estimate.state.std
         )
@@ -111,11 +131,12 @@ class Watched:
         if state.past.is_due() and not is_late:
             past = state.past.anchored(state.inner, t, self.config.replay_s)
             state = replace(state, past=past)
-        return state, self._told(state, t, estimate, frozenset(stuck), outliers)
+        told = self._told(state, t, estimate, frozenset(stuck), outliers)
+        return state, replace(told, status=told.status | Status.LOST) if is_begun else told
 
     def _with_inputs(self, state: WatchState, y: Array) -> Array:
         if not self.model.n_u:
-            return y
+            return y.copy()  # it is kept, and whoever gave it may write the next one there
         rows = state.past.rows
         return with_inputs(self.model, rows[-1].y[self.model.n_y :] if rows else None, y)
 
@@ -147,7 +168,9 @@ class Watched:
         for each in self._statistics.sensors:
             self._statistics.forget(memory, each.index)
         past = Past((Anchor(state.past.count, inner, t, begun),))
-        return replace(state, inner=inner, memory=memory, past=past, calm_s=t + CALM_S, tried=0)
+        return replace(
+            state, inner=inner, memory=memory, past=past, calm_s=t + CALM_S, alarm_s=np.inf, tried=0
+        )
 
     def _taken(
         self, state: WatchState, t: float, y: Array, dropped: frozenset[int]
@@ -170,6 +193,24 @@ class Watched:
         self._statistics.take(state.memory, z)
         self._statistics.count_outliers(state.memory, far, outliers)
         return replace(state, inner=inner), estimate, outliers
+
+    def _settled(
+        self, state: WatchState, t: float, y: Array, estimate: Estimate
+    ) -> tuple[WatchState, Estimate]:
+        """Pass over a window that has just begun again: far from where it was linearised."""
+        inner, empty = state.inner, y.copy()
+        empty[: self.model.n_y] = np.nan
+        for _ in range(SETTLING):
+            inner, again = self._levels[state.level].step(inner, Measurement(t, empty))
+        settled = replace(
+            estimate,
+            state=again.state,
+            window=again.window,
+            lagged=again.lagged,
+            derived=again.derived,
+            derived_std=again.derived_std,
+        )
+        return replace(state, inner=inner), settled
 
     def _tried_again(
         self, state: WatchState, t: float, estimate: Estimate
@@ -214,7 +255,11 @@ class Watched:
         scores = self._statistics.scores(state.memory)
         for i in state.left_out:
             scores[i] = 0.0
-        if max(scores) <= 1:
+        if max(scores) > 1 and t < state.alarm_s and self._waits(state):
+            return self._waiting(state, t), estimate
+        if max(scores) <= 1 and t >= state.alarm_s and state.level > 0:
+            return replace(state, alarm_s=np.inf), estimate  # a burst of what is livelier anyway
+        if max(scores) <= 1 and t < state.alarm_s:
             if state.is_unexplained and max(scores) < FITS:
                 state = replace(state, is_unexplained=False)
             return self._calmer(state, t, estimate)
@@ -224,22 +269,26 @@ class Watched:
             for each in self._statistics.sensors
             if counts[each.index] >= each.limits.outliers
         )
-        start = self._replays.start(state.past, state.level, self.config.replay_s)
+        whole = self._replays.start(state.past, state.level, self.config.replay_s)
         may_free = [i for i in range(self._n) if t - state.freed_s[i] > FREED_AGAIN_S]
         began, tried = time.perf_counter(), 0
-        inertial = [i for i in self._causes.inertial if i not in state.left_out]
         tiers = self._causes.tiers(
             state.left_out,
             state.level,
             may_free=may_free,
             may_restart=self.config.on_lost == "restart",
-            is_livelier=state.level > 0 or self._statistics.is_livelier(state.memory, inertial),
+            is_livelier=state.level > 0
+            or self._statistics.is_livelier(state.memory, state.left_out),
         )
         for tier in tiers:
             tried += 1
             if tried <= state.tried:
                 continue
-            found = [self._replay(state, start, each, undropped) for each in tier]
+            found = [
+                self._replay(state, start, each, undropped)
+                for each in tier
+                for start in (self._onsets(state, t, undropped) if each.is_sudden else [whole])
+            ]
             fitting = [each for each in found if each is not None and each.fits]
             if fitting:
                 best = min(fitting, key=lambda each: each.score)
@@ -247,7 +296,29 @@ class Watched:
             spent = time.perf_counter() - began
             if self.config.deadline_s is not None and spent > self.config.deadline_s / 2:
                 return replace(state, tried=tried), estimate
-        return replace(state, is_unexplained=True, quiet_s=t + QUIET_S, tried=0), estimate
+        is_alarm = max(scores) > 1
+        return replace(
+            state, is_unexplained=is_alarm, quiet_s=t + QUIET_S, alarm_s=np.inf, tried=0
+        ), estimate
+
+    def _onsets(self, state: WatchState, t: float, undropped: frozenset[int]) -> list[Anchor]:
+        """Return what was known in front of the rows at which what is sudden may have begun."""
+        past = state.past
+        newest = past.first_since(min(t, state.alarm_s - WAIT_S))
+        for row in reversed(past.rows):
+            if not undropped <= row.dropped and any(
+                self._replays.has_reading(row.y, i) and i not in row.dropped for i in undropped
+            ):
+                break
+            newest -= 1 if undropped else 0
+        return [self._replays.before(past, state.level, newest - k) for k in range(ONSET_ROWS)]
+
+    def _waits(self, state: WatchState) -> bool:
+        """Whether an alarm may be a motion that begins: more will be clear a moment later."""
+        return self._statistics.is_only_energy(state.memory, state.left_out)
+
+    def _waiting(self, state: WatchState, t: float) -> WatchState:
+        return state if np.isfinite(state.alarm_s) else replace(state, alarm_s=t + WAIT_S)
 
     def _adopted(self, state: WatchState, t: float, found: Replayed) -> WatchState:
         """Return the state behind a replay: what it found, it goes on with."""
@@ -282,6 +353,7 @@ class Watched:
             doubted_s=doubted,
             blamed=tuple(blamed),
             quiet_s=t + QUIET_S,
+            alarm_s=np.inf,
             tried=0,
         )
 
@@ -395,7 +467,8 @@ class Watched:
                     size = min(2 * size, BATCH_STEPS)
                 if done < rows.stop:
                     began = time.perf_counter()
-                    after, estimate = self.step(after, Measurement(float(time_s[done]), y[done]))
+                    row = Measurement(float(time_s[done]), y[done])
+                    after, estimate = self._looked_at(after, row)
                     times.append(time.perf_counter() - began)
                     estimates.append(estimate)
                     done, size = done + 1, SHORTEST_CHUNK
