@@ -18,7 +18,7 @@ from recordings.formats.dpoint import load_dpoint
 from suites.faults.clean import flags_raised
 from suites.faults.contenders import CONTENDERS
 from suites.faults.quantities import REAL_FLAGS
-from suites.faults.told import Told
+from suites.faults.said import Said
 
 PEN, FOLDER, CASE = "dpoint", "dpoint_pen", "D-POINT"
 SENSORS = ("accel+gyro", "accel+gyro+camera")
@@ -31,11 +31,11 @@ def has_recording(data: str | None) -> bool:
 
 def run_real(
     estimator: str, sensors: str, data: str
-) -> tuple[str, list[Quantity], Told, EstimateHistory]:
+) -> tuple[str, list[Quantity], Said, EstimateHistory]:
     """Return what a contender finds: its model, how many flags, what was said, the history."""
     of = _estimator(estimator, sensors)
     history = run(of, _recording(data).select(CONFIGURATIONS[sensors].sensors))
-    told = Told.of(history)
+    told = Said.of(history)
     return of.model.name, [Quantity.single(REAL_FLAGS, "1", flags_raised(told))], told, history
 
 

@@ -16,9 +16,9 @@ from suites.faults.protocol import TIP
 from suites.faults.quantities import fault_quantities
 from suites.faults.real import CASE as DPOINT
 from suites.faults.real import run_real
-from suites.faults.scoring import Errors
+from suites.faults.said import Said
+from suites.faults.scoring import RunErrors
 from suites.faults.table import fault_named
-from suites.faults.told import Told
 
 SHOWN: Mapping[str, str] = MappingProxyType(
     dict.fromkeys(
@@ -88,7 +88,7 @@ def run_task(task: Task, data: str | None, is_long: bool) -> Outcome:
 def _outcome(
     model: str,
     found: list[Quantity],
-    told: Told,
+    told: Said,
     step_time_s: Array,
     said: str = "",
     series: tuple[Series, ...] = (),
@@ -105,7 +105,7 @@ def _outcome(
     )
 
 
-def _series(errors: Errors, name: str) -> Series:
+def _series(errors: RunErrors, name: str) -> Series:
     i = errors.names.index(name)
     error = np.degrees(errors.errors[:, i])
     claimed = np.abs(error) / errors.stds[:, i]

@@ -22,7 +22,7 @@ from suites.faults.cells import Bench, bare, run_cell, summary
 from suites.faults.contenders import CONTENDERS, SEEDS, without_watch
 from suites.faults.protocol import SENSORS, faults_for
 from suites.faults.quantities import fault_quantities
-from suites.faults.scoring import Errors, Score, broken
+from suites.faults.scoring import FaultScore, RunErrors, broken
 from suites.faults.suite import SUITE
 from suites.faults.table import Fault, fault_named
 from suites.table import find_suite
@@ -143,7 +143,7 @@ def test_a_cell_has_a_score_for_every_seed() -> None:
 
 
 def test_a_summary_takes_a_cell_for_its_worst_seed() -> None:
-    good = Score(0.1, 0.1, 0.0, 0.0, 1, 1, 1, 0, 0, 0, 0)
+    good = FaultScore(0.1, 0.1, 0.0, 0.0, 1, 1, 1, 0, 0, 0, 0)
     bad = replace(good, silent_s=0.3, right_s=2.5)
     found = summary(
         {
@@ -186,14 +186,14 @@ def test_what_is_said_of_the_real_pen(data_folder: Path) -> None:
     assert outcome.samples > 5000
 
 
-def hand_made(case: str, estimator: str, seed: int, score: Score, said: str) -> list[Any]:
+def hand_made(case: str, estimator: str, seed: int, score: FaultScore, said: str) -> list[Any]:
     quantities = fault_quantities(fault_named(case), score, sees_tip=True)
     outcome = Outcome("m", tuple(quantities), 9, 1.0, 1e-5, 1e-5, reason=said)
     return list(result_rows(task(case, estimator, seed=seed), outcome))
 
 
 def test_the_report_shows_the_worst_seed_of_every_cell() -> None:
-    good = Score(0.0, 0.5, 0.0, 0.0, 1, 2.0, 3.0, 0, 0, 0, 0)
+    good = FaultScore(0.0, 0.5, 0.0, 0.0, 1, 2.0, 3.0, 0, 0, 0, 0)
     rows = [
         *hand_made("hole, all, 2 s", "ekf", 0, good, "lost 2 s"),
         *hand_made("hole, all, 2 s", "ekf", 1, replace(good, silent_s=0.7, peak_deg=9.0), ""),
@@ -201,9 +201,10 @@ def test_the_report_shows_the_worst_seed_of_every_cell() -> None:
     ]
     table = pd.DataFrame(rows, columns=list(RESULT_COLUMNS))
     results = Results(table, pd.DataFrame(columns=list(SERIES_COLUMNS)))
-    (shown,) = SUITE.tables(results)
-    assert shown.title == "Every cell of ekf"
-    assert [list(row) for row in shown.rows] == [
+    ((title, _, head, shown),) = SUITE.tables(results)
+    assert title == "Every cell of ekf"
+    assert {len(row) for row in shown} == {len(head)}
+    assert [list(row) for row in shown] == [
         ["hole, all, 2 s", BOTH, "0.7", "0", "9", "3", "nothing"],
         ["stuck, imu, 1 s", BOTH, "0", "never", "2", "3", "stuck 1 s"],
     ]
@@ -218,7 +219,7 @@ def test_errors_are_against_the_motion_at_any_stamp() -> None:
     """Stamps that jitter are judged where they stand: the truth is a function of time."""
     bench = Bench("ekf", BOTH, bare)
     fault: Fault = fault_named("jitter, all, 4 ms, 2 s")
-    errors: Errors = bench.errors(fault, 0)
+    errors: RunErrors = bench.errors(fault, 0)
     assert len(errors.time_s) == 801
     assert not np.array_equal(errors.time_s, bench.clean(0, 8.0).time_s)
     assert np.degrees(np.abs(errors.errors).max()) < 10
