@@ -114,5 +114,8 @@ class Batches:
                 if on_progress:
                     on_progress(len(results))
 
+        if covariances and len(time_s) <= BATCH_STEPS:  # whole as it is, and nearly all is kept
+            [history] = parts()
+            return after, history
         history = EstimateHistory.joined(parts(), len(time_s))
         return after, history

@@ -92,16 +92,14 @@ class CompiledStatistics:
         S: Array,
         calmer: Calmer,
     ) -> int:
-        """See `estimation.watch.statistics.Statistics.clean`; all arrays contiguous."""
+        """See `estimation.watch.statistics.Statistics.clean`."""
+        arrays = [np.ascontiguousarray(each) for each in (time_s, y, v, S)]
         found: int = self._clean(
             self._self,
             address(memory),
             newest_s,
             len(time_s),
-            address(time_s),
-            address(y),
-            address(v),
-            address(S),
+            *map(address, arrays),
             *calmer,
         )
         return found

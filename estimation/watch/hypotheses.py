@@ -18,14 +18,14 @@ class Hypothesis:
     freed : those whose biases may be anything
     is_restart : whether what was known of the state is wrong, biases aside
     level : of `estimation.watch.livelier.LEVELS`
-    is_doubted : whether what was known of the state is less certain than it seemed
+    is_sudden : whether that began with the alarm; else it was so all the time that is replayed
     """
 
     left_out: frozenset[int] = frozenset()
     freed: frozenset[int] = frozenset()
     is_restart: bool = False
     level: int = 0
-    is_doubted: bool = False
+    is_sudden: bool = False
 
 
 class Causes:
@@ -67,6 +67,8 @@ class Causes:
         free = [i for i in self._with_bias if i in may_free and i not in out]
         others = [i for i in self._others if i not in out]
         starts = (False, True) if may_restart else (False,)
+        if level == 0:
+            yield [Hypothesis(out, frozenset({i}), is_sudden=True) for i in free]
         for is_restart in starts:
             if is_livelier:
                 yield from self._livelier(out, level, is_restart)

@@ -64,8 +64,7 @@ def limits_of(model: StateSpaceModel) -> list[SensorLimits | None]:
 def _limits(sensor: SensorModel) -> SensorLimits:
     rate_hz = sensor.rate_hz or USUAL_RATE_HZ
     weights = tuple(-math.expm1(-1 / (rate_hz * tau)) for tau in WINDOWS_S)
-    count = np.arange(1, sensor.n_r + 1)
-    squared = tuple(chi2.ppf(OUTLIER_PROBABILITY, count).tolist())
+    squared = tuple(float(chi2.ppf(OUTLIER_PROBABILITY, n)) for n in range(1, sensor.n_r + 1))
     known = limit_table().get(sensor.kind)
     usual = tuple(known["usual"]) if known else _by_chance(sensor.n_r, weights)
     return SensorLimits(

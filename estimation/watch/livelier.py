@@ -14,13 +14,14 @@ LEVELS = (1.0, 4.0, 16.0)
 
 def livelier_model(model: StateSpaceModel, factor: float) -> StateSpaceModel:
     """Return a model whose process noise is larger by a factor."""
-    f = model.f
+    f: Any = model.f
     kind = ca.SX if f.is_a("SXFunction") else ca.MX
     given = [kind.sym(f.name_in(i), f.sparsity_in(i)) for i in range(f.n_in())]
     x, w, *rest = given
     moved = f(x, factor * w, *rest)
     names = [[f.name_in(i) for i in range(f.n_in())], [f.name_out(0)]]
-    return model.replace(f=ca.Function(f.name(), given, [moved], *names))
+    made: Any = ca.Function
+    return model.replace(f=made(f.name(), given, [moved], *names))
 
 
 class Levels:

@@ -26,10 +26,8 @@ FITS = 0.85
 """Largest score of a sensor that fits."""
 PEAK_S = 0.12
 """So long at its end a replay has to fit."""
-FEWEST_SAMPLES = 3
-"""Of a sensor that can be judged."""
-DOUBTED = 4.0
-"""By how much a state is less certain that fewer sensors said than should have."""
+FEWEST_SAMPLES, FEWEST_SUDDEN = 3, 8
+"""Of a sensor that can be judged; the second behind what began suddenly."""
 FREED = 10.0
 """By how many of its prior's standard deviations a bias that is freed may be off."""
 
@@ -86,7 +84,11 @@ class Replays:
     def start(self, past: Past, level: int, back_s: float) -> Anchor:
         """Return what was known at the beginning of the last `back_s` seconds of rows."""
         newest = max(row.time_s for row in past.rows)
-        first = min(past.first_since(newest - back_s), past.count - 1)
+        return self.before(past, level, past.first_since(newest - back_s))
+
+    def before(self, past: Past, level: int, number: int) -> Anchor:
+        """Return what was known in front of a row."""
+        first = min(max(number, past.anchors[0].number), past.count - 1)
         usable = [each for each in past.anchors if is_before(each, first)]
         anchor = usable[-1] if usable else past.anchors[0]
         if anchor.gaussian is not None and anchor.number >= first:
@@ -130,13 +132,16 @@ class Replays:
             self.without(row.y, (row.dropped - undropped) | hypothesis.left_out) for row in rows
         ]
         memory, score = self._statistics.first().tolist(), 0.0
+        fewest = FEWEST_SUDDEN if hypothesis.is_sudden else FEWEST_SAMPLES
         if len(rows) > 1:
             inner, v, S, _ = many(estimator, inner, rows[:-1], given[:-1])
             for row, innovation, covariance in zip(rows, v.tolist(), S.tolist(), strict=False):
                 z, _ = self._statistics.distances(innovation, covariance)
                 self._statistics.take(memory, z)
                 if row.time_s >= rows[-1].time_s - PEAK_S:
-                    score = max(score, self._score(memory, hypothesis.left_out))
+                    score = max(
+                        score, self._score(memory, hypothesis.left_out, FEWEST_SAMPLES, 0.0)
+                    )
         inner, estimate = estimator.step(inner, Measurement(rows[-1].time_s, given[-1]))
         z, far = self._statistics.distances(
             estimate.innovation.tolist(), estimate.innovation_covariance.tolist()
@@ -144,7 +149,7 @@ class Replays:
         self._statistics.take(memory, z)
         self._statistics.count_outliers(memory, far, self._statistics.outliers(memory, far))
         anchor = Anchor(start.number, first, start.time_s, known)
-        score = max(score, self._score(memory, hypothesis.left_out))
+        score = max(score, self._score(memory, hypothesis.left_out, fewest, float("inf")))
         return Replayed(hypothesis, anchor, inner, estimate, np.array(memory), score)
 
     def _changed(
@@ -158,9 +163,6 @@ class Replays:
         if hypothesis.is_restart:
             known = reach.restarted(known, prior)
         P = known.covariance.copy()
-        if hypothesis.is_doubted:
-            wider = np.where(reach.is_bias, 1.0, DOUBTED)
-            P *= np.outer(wider, wider)
         if hypothesis.level > level:
             wider = np.where(reach.moves, LEVELS[hypothesis.level] / LEVELS[level], 1.0)
             P *= np.outer(wider, wider)
@@ -169,15 +171,17 @@ class Replays:
                 P[i, i] += FREED**2 * prior.covariance[i, i]
         return GaussianState(known.mean, P)
 
-    def _score(self, memory: list[float], left_out: frozenset[int]) -> float:
+    def _score(
+        self, memory: list[float], left_out: frozenset[int], fewest: int, unjudged: float
+    ) -> float:
         scores = self._statistics.scores(memory)
         samples = memory[self._statistics.layout.slices["samples"]]
         judged = [
             scores[each.index]
             for each in self._statistics.sensors
-            if each.index not in left_out and samples[each.index] >= FEWEST_SAMPLES
+            if each.index not in left_out and samples[each.index] >= fewest
         ]
-        return max(judged, default=float("inf"))
+        return max(judged, default=unjudged)
 
 
 def many(

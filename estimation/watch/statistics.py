@@ -18,7 +18,7 @@ Scalar recursions on one flat array, so that statistics.c says the same to the l
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -264,8 +264,8 @@ class Statistics:
             return True
         if not self.is_only_energy(memory, left_out):
             return False
-        busy = self._start["busy"]
-        return all(memory[busy + i] > BUSY for i in self._energetic(memory, left_out))
+        busy, energetic = self._start["busy"], self._energetic(memory, left_out)
+        return bool(energetic) and all(memory[busy + i] > BUSY for i in energetic)
 
     def is_only_energy(self, memory: Numbers, left_out: Container[int]) -> bool:
         """Whether nothing else stands out but the energy of inertial sensors."""
@@ -314,8 +314,7 @@ class Statistics:
         v, S : (n, n_r), (n, n_r, n_r) of the estimates
         """
         if self._compiled is not None:
-            arrays = [np.ascontiguousarray(each) for each in (time_s, y, v, S)]
-            return self._compiled.clean(memory, newest_s, *arrays, calmer)
+            return self._compiled.clean(memory, newest_s, time_s, y, v, S, calmer)
         now = memory.tolist()
         rows = zip(time_s.tolist(), y.tolist(), v.tolist(), S.tolist(), strict=True)
         for k, (t, *row) in enumerate(rows):

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from estimation.collect import BATCH_STEPS, collected
 from estimation.estimate import Estimate, EstimateHistory
-from estimation.estimator import BatchEstimator, Estimator, LookingBack, first_state
+from estimation.estimator import Estimator, LookingBack, first_state
 from estimation.inputs import with_inputs
 from estimation.recording import Measurement
 from estimation.settings import checked_config
 from estimation.status import Status
+from estimation.watch.clean_rows import GAP_S, LEVEL_S, CleanRows
 from estimation.watch.config import WatchConfig
 from estimation.watch.flags import Flag, Flags
 from estimation.watch.hypotheses import Causes, Hypothesis
@@ -26,7 +26,7 @@ from estimation.watch.past import Anchor, Past, Row
 from estimation.watch.reach import Reach
 from estimation.watch.replay import FITS, Replayed, Replays
 from estimation.watch.state import LeftOut, WatchState
-from estimation.watch.statistics import NEVER_CALMER, Calmer, Flat, Statistics
+from estimation.watch.statistics import Flat, Statistics
 from models.arrays import Array
 from models.given_prior import Prior
 
@@ -34,6 +34,8 @@ CALM_S = 0.15
 """From a start on nothing is judged so long."""
 WAIT_S = 0.1
 """So long an alarm by nothing but energy waits: a motion that begins is soon told from a fault."""
+ONSET_ROWS = 4
+"""What is sudden began at most so many rows before its alarm."""
 QUIET_S = 0.3
 """So long no second alarm is followed."""
 SPOKEN_S = 1.0
@@ -48,10 +50,6 @@ FREED_TRIES = 4
 """Each so manieth time its bias may be anything, and the state is begun again."""
 FORGIVEN_S = 10.0
 """A sensor that has been right for so long has never been blamed."""
-GAP_S = 0.05
-"""A step that is longer may lose what was known."""
-LEVEL_S = 3.0
-"""So long a level of motion is kept at least."""
 SHORTEST_CHUNK = 16
 """Rows of the first chunk behind something that was found."""
 
@@ -74,6 +72,9 @@ class Watched:
         self._reach = Reach(self.model)
         self._causes = Causes(self.model, self._levels.count)
         self._replays = Replays(self.model, self._levels, self._statistics)
+        self._clean = CleanRows(
+            self.model, self._levels, self._statistics, self._reach, self.config.replay_s
+        )
         self._n = len(self.model.sensors)
 
     def init(self, prior: Prior | None = None) -> WatchState:
@@ -233,7 +234,7 @@ class Watched:
             for each in self._statistics.sensors
             if counts[each.index] >= each.limits.outliers
         )
-        start = self._replays.start(state.past, state.level, self.config.replay_s)
+        whole = self._replays.start(state.past, state.level, self.config.replay_s)
         may_free = [i for i in range(self._n) if t - state.freed_s[i] > FREED_AGAIN_S]
         began, tried = time.perf_counter(), 0
         tiers = self._causes.tiers(
@@ -248,7 +249,11 @@ class Watched:
             tried += 1
             if tried <= state.tried:
                 continue
-            found = [self._replay(state, start, each, undropped) for each in tier]
+            found = [
+                self._replay(state, start, each, undropped)
+                for each in tier
+                for start in (self._onsets(state, t, undropped) if each.is_sudden else [whole])
+            ]
             fitting = [each for each in found if each is not None and each.fits]
             if fitting:
                 best = min(fitting, key=lambda each: each.score)
@@ -260,6 +265,18 @@ class Watched:
         return replace(
             state, is_unexplained=is_alarm, quiet_s=t + QUIET_S, alarm_s=np.inf, tried=0
         ), estimate
+
+    def _onsets(self, state: WatchState, t: float, undropped: frozenset[int]) -> list[Anchor]:
+        """Return what was known in front of the rows at which what is sudden may have begun."""
+        past = state.past
+        newest = past.first_since(min(t, state.alarm_s - WAIT_S))
+        for row in reversed(past.rows):
+            if not undropped <= row.dropped and any(
+                self._replays.has_reading(row.y, i) and i not in row.dropped for i in undropped
+            ):
+                break
+            newest -= 1 if undropped else 0
+        return [self._replays.before(past, state.level, newest - k) for k in range(ONSET_ROWS)]
 
     def _waits(self, state: WatchState) -> bool:
         """Whether an alarm may be a motion that begins: more will be clear a moment later."""
@@ -398,126 +415,44 @@ class Watched:
         time_s, y : (n,), (n, n_row), as of `estimation.recording.Recording.stacked`
         covariances, on_progress : see `estimation.estimator.run`
         """
-        parts, estimates, times = list[EstimateHistory](), list[Estimate](), list[float]()
-        done, size, n = 0, SHORTEST_CHUNK, len(time_s)
+        n, after = len(time_s), state
 
-        def collect() -> None:
-            if estimates or not (parts or n):
-                parts.append(
-                    collected(
-                        self.name,
-                        self.model,
-                        estimates,
-                        times,
-                        covariances=covariances,
-                        lags=self.lags,
-                    )
-                )
-                estimates.clear()
-                times.clear()
+        def parts() -> Iterator[EstimateHistory]:
+            nonlocal after
+            estimates, times, done, size = list[Estimate](), list[float](), 0, SHORTEST_CHUNK
+            while done < n:
+                before, rows = done, slice(done, min(done + size, n))
+                if self._clean.may_take(after):
+                    after, part = self._clean.taken(after, time_s[rows], y[rows], covariances)
+                    if part is not None:
+                        if estimates:
+                            yield self._collected(estimates, times, covariances)
+                        yield part
+                        done += len(part)
+                    size = min(2 * size, BATCH_STEPS)
+                if done < rows.stop:
+                    began = time.perf_counter()
+                    after, estimate = self.step(after, Measurement(float(time_s[done]), y[done]))
+                    times.append(time.perf_counter() - began)
+                    estimates.append(estimate)
+                    done, size = done + 1, SHORTEST_CHUNK
+                    if len(estimates) == BATCH_STEPS:
+                        yield self._collected(estimates, times, covariances)
+                if on_progress:
+                    on_progress(done - before)
+            if estimates or not n:
+                yield self._collected(estimates, times, covariances)
 
-        while done < n:
-            before = done
-            if self._is_plain(state):
-                rows = slice(done, min(done + size, n))
-                state, part = self._clean(state, time_s[rows], y[rows], covariances)
-                if part is not None:
-                    collect()
-                    parts.append(part)
-                    done += len(part)
-                size = min(2 * size, BATCH_STEPS)
-            if done == before or done < rows.stop:
-                began = time.perf_counter()
-                state, estimate = self.step(state, Measurement(float(time_s[done]), y[done]))
-                times.append(time.perf_counter() - began)
-                estimates.append(estimate)
-                done, size = done + 1, SHORTEST_CHUNK
-            if on_progress:
-                on_progress(done - before)
-        collect()
-        return state, EstimateHistory.joined(parts, n)
+        history = EstimateHistory.joined(parts(), n)
+        return after, history
 
-    def _clean(
-        self, state: WatchState, time_s: Array, y: Array, covariances: bool
-    ) -> tuple[WatchState, EstimateHistory | None]:
-        """Take rows up to the first that a step has to look at; None where that is the first."""
-        estimator: Any = self._levels[state.level]
-        inner, history = estimator.batch(state.inner, time_s, y, covariances=True)
-        count, memory, known = self._clean_rows(state, time_s, y, history)
-        if count == 0:
-            return state, None
-        if count < len(time_s):
-            inner, _ = estimator.batch(state.inner, time_s[:count], y[:count])
-            history = history[:count]
-        rows, held = list[Row](), state
-        for t, each in zip(time_s[:count].tolist(), y[:count], strict=True):
-            rows.append(Row(t, self._with_inputs(held, each), frozenset()))
-            if self.model.n_u:
-                held = replace(held, past=replace(held.past, rows=(rows[-1],)))
-        assert state.time_s is not None
-        newest = max(state.time_s, float(time_s[:count].max()))
-        past = state.past.after(tuple(rows))
-        if past.is_due():
-            past = past.anchored(inner, newest, self.config.replay_s)
-        state = replace(
-            state,
-            inner=inner,
-            memory=memory,
-            known=known,
-            past=past,
-            std=history.std[-1],
-            time_s=newest,
+    def _collected(
+        self, estimates: list[Estimate], times: list[float], covariances: bool
+    ) -> EstimateHistory:
+        """Return the history of estimates, which are then forgotten."""
+        found = collected(
+            self.name, self.model, estimates, times, covariances=covariances, lags=self.lags
         )
-        status = history.status
-        if state.level:
-            status = tuple(each | Status.LIVELIER for each in status)
-        return state, replace(
-            history,
-            status=status,
-            covariances=history.covariances if covariances else None,
-            sensor_names=tuple(sensor.name for sensor in self.model.sensors),
-            flagged=np.zeros((count, self._n), dtype=np.uint8),
-        )
-
-    def _clean_rows(
-        self, state: WatchState, time_s: Array, y: Array, history: EstimateHistory
-    ) -> tuple[int, Array, NDArray[np.bool_]]:
-        """Return how many rows need no look, and the statistics and what is known behind them."""
-        assert state.time_s is not None
-        components = self._reach.components
-        stds = np.vstack([state.std[components], history.std[:, components]])
-        is_found = stds < self._reach.found[components]
-        known = np.logical_or.accumulate(np.vstack([state.known[components], is_found[1:]]))
-        newest = np.maximum.accumulate(np.concatenate([[state.time_s], time_s]))
-        is_late, gaps = time_s < newest[:-1], time_s - newest[:-1]
-        unsure = known[:-1].any(axis=1) & (
-            (gaps > GAP_S) | (known[:-1] & ~is_found[:-1]).any(axis=1)
-        )
-        is_lost = (known[:-1] & (stds[1:] > self._reach.lost[components])).any(axis=1)
-        looked_at = np.flatnonzero((unsure & ~is_late) | is_lost)
-        most = int(looked_at[0]) if len(looked_at) else len(time_s)
-        memory, rows = state.memory.copy(), slice(most)
-        v, S = history.innovation, history.innovation_covariance
-        count = self._statistics.clean(
-            memory, state.time_s, time_s[rows], y[rows], v[rows], S[rows], self._calmer_than(state)
-        )
-        whole = state.known.copy()
-        whole[components] = known[count]
-        return count, memory, whole
-
-    def _calmer_than(self, state: WatchState) -> Calmer:
-        if state.level == 0:
-            return NEVER_CALMER
-        factor = (LEVELS[state.level] / LEVELS[state.level - 1]) ** 2
-        return Calmer(state.level_s, LEVEL_S, factor)
-
-    def _is_plain(self, state: WatchState) -> bool:
-        """Whether rows may be taken in chunks: nothing is left out, lost, doubted."""
-        return (
-            isinstance(self.estimator, BatchEstimator)
-            and state.time_s is not None
-            and not (state.out or state.is_lost or state.is_unexplained or state.tried)
-            and np.isinf(state.alarm_s)
-            and state.time_s >= max(state.calm_s, state.quiet_s)
-            and not (state.doubted_s > state.time_s).any()
-        )
+        estimates.clear()
+        times.clear()
+        return found

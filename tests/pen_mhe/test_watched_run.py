@@ -1,4 +1,4 @@
-"""`pm.estimate` and `pen-mhe estimate` watch unless they are told not to, and say what was found."""
+"""`pm.estimate` and `pen-mhe estimate` watch unless told not to, and say what was found."""
 
 from __future__ import annotations
 

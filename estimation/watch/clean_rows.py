@@ -1,0 +1,145 @@
+"""Rows in which nothing stands out, many in one call of the estimator."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import repeat
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimation.estimate import EstimateHistory
+from estimation.estimator import BatchEstimator
+from estimation.inputs import with_inputs
+from estimation.status import Status
+from estimation.watch.livelier import LEVELS, Levels
+from estimation.watch.past import Row
+from estimation.watch.reach import Reach
+from estimation.watch.state import WatchState
+from estimation.watch.statistics import NEVER_CALMER, Calmer, Statistics
+from models.arrays import Array
+from models.state_space import StateSpaceModel
+
+GAP_S = 0.05
+"""A step that is longer may lose what was known."""
+LEVEL_S = 3.0
+"""So long a level of motion is kept at least."""
+NONE_DROPPED = frozenset[int]()
+
+
+class CleanRows:
+    """Takes rows of an estimator that is watched, as far as a step would do no more with them."""
+
+    def __init__(
+        self,
+        model: StateSpaceModel,
+        levels: Levels,
+        statistics: Statistics,
+        reach: Reach,
+        replay_s: float,
+    ) -> None:
+        self._model, self._levels, self._statistics = model, levels, statistics
+        self._reach, self._replay_s = reach, replay_s
+        self._sensor_names = tuple(sensor.name for sensor in model.sensors)
+
+    def may_take(self, state: WatchState) -> bool:
+        """Whether nothing is left out, lost or doubted."""
+        return (
+            isinstance(self._levels[0], BatchEstimator)
+            and state.time_s is not None
+            and not (state.out or state.is_lost or state.is_unexplained or state.tried)
+            and np.isinf(state.alarm_s)
+            and state.time_s >= max(state.calm_s, state.quiet_s)
+            and not (state.doubted_s > state.time_s).any()
+        )
+
+    def taken(
+        self, state: WatchState, time_s: Array, y: Array, covariances: bool
+    ) -> tuple[WatchState, EstimateHistory | None]:
+        """Take rows up to the first that a step has to look at; None where that is the first.
+
+        Parameters
+        ----------
+        time_s, y, covariances : see `estimation.watch.watched.Watched.batch`
+        """
+        estimator: Any = self._levels[state.level]
+        inner, history = estimator.batch(state.inner, time_s, y, covariances=True)
+        count, memory, known = self._count(state, time_s, y, history)
+        if count == 0:
+            return state, None
+        if count < len(time_s):
+            inner, _ = estimator.batch(state.inner, time_s[:count], y[:count])
+            history = history[:count]
+        assert state.time_s is not None
+        newest_s = max(state.time_s, float(time_s[:count].max()))
+        given = self._with_inputs(state, y[:count])
+        past = state.past.after(
+            tuple(map(Row, time_s[:count].tolist(), given, repeat(NONE_DROPPED)))
+        )
+        if past.is_due():
+            past = past.anchored(inner, newest_s, self._replay_s)
+        state = replace(
+            state,
+            inner=inner,
+            memory=memory,
+            known=known,
+            past=past,
+            std=history.std[-1].copy(),
+            time_s=newest_s,
+        )
+        status = history.status
+        if state.level:
+            status = tuple(each | Status.LIVELIER for each in status)
+        return state, replace(
+            history,
+            status=status,
+            covariances=history.covariances if covariances else None,
+            sensor_names=self._sensor_names,
+            flagged=np.zeros((count, len(self._sensor_names)), dtype=np.uint8),
+        )
+
+    def _count(
+        self, state: WatchState, time_s: Array, y: Array, history: EstimateHistory
+    ) -> tuple[int, Array, NDArray[np.bool_]]:
+        """Return how many rows need no look, and the statistics and what is known behind them."""
+        assert state.time_s is not None
+        components = self._reach.components
+        stds = np.vstack([state.std[components], history.std[:, components]])
+        is_found = stds < self._reach.found[components]
+        known = np.logical_or.accumulate(np.vstack([state.known[components], is_found[1:]]))
+        newest = np.maximum.accumulate(np.concatenate([[state.time_s], time_s]))
+        is_late, gaps = time_s < newest[:-1], time_s - newest[:-1]
+        unsure = known[:-1].any(axis=1) & (
+            (gaps > GAP_S) | (known[:-1] & ~is_found[:-1]).any(axis=1)
+        )
+        is_lost = (known[:-1] & (stds[1:] > self._reach.lost[components])).any(axis=1)
+        looked_at = np.flatnonzero((unsure & ~is_late) | is_lost)
+        most = int(looked_at[0]) if len(looked_at) else len(time_s)
+        memory, rows = state.memory.copy(), slice(most)
+        v, S = history.innovation, history.innovation_covariance
+        count = self._statistics.clean(
+            memory, state.time_s, time_s[rows], y[rows], v[rows], S[rows], _calmer(state)
+        )
+        whole = state.known.copy()
+        whole[components] = known[count]
+        return count, memory, whole
+
+    def _with_inputs(self, state: WatchState, y: Array) -> list[Array]:
+        """Return rows with the inputs that were known before where they have none."""
+        if not self._model.n_u:
+            return list(y)
+        rows, known = list[Array](), None
+        if state.past.rows:
+            known = state.past.rows[-1].y[self._model.n_y :]
+        for each in y:
+            rows.append(with_inputs(self._model, known, each))
+            known = rows[-1][self._model.n_y :]
+        return rows
+
+
+def _calmer(state: WatchState) -> Calmer:
+    if state.level == 0:
+        return NEVER_CALMER
+    factor = (LEVELS[state.level] / LEVELS[state.level - 1]) ** 2
+    return Calmer(state.level_s, LEVEL_S, factor)
