@@ -14,7 +14,7 @@ SILENT_WRONG, SILENT, WRONG = "silent wrong", "silent", "wrong"
 RIGHT, ACCURATE = "right again", "accurate again"
 PEAK, PEAK_TIP, PEAK_STDS = "peak error", "peak tip error", "peak error in deviations"
 BROKE, FLAGS, LOST = "broke off or not finite", "flags", "lost"
-REAL_FLAGS = "flags on a real pen"
+REAL_FLAGS = "flags on a real recording"
 STAYS = ", fault stays"
 
 

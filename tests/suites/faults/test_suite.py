@@ -74,14 +74,14 @@ def test_its_claims_speak_of_what_it_finds() -> None:
         each.name
         for key in ("hole, all, 2 s", "1 Hz, all")
         for each in fault_quantities(fault_named(key), score, sees_tip=True)
-    } | {"flags", "lost", "flags on a real pen"}
+    } | {"flags", "lost", "flags on a real recording"}
     for claim in found:
         assert claim.of["quantity"] in quantities
         assert set(claim.of["estimator"]) <= set(CONTENDERS)  # type: ignore[arg-type]
         assert claim.at_most is not None
     limits = {claim.id.split("-", 2)[1]: claim.at_most for claim in found}
     assert [limits[str(n)] for n in range(1, len(found) + 1)] == [
-        *(0.03, 0.05, 0.08, 0.05, 0.05, 0.15, 0.15, 0.0, 0.0, 0.05, 1.0, 0.1, 0.0)
+        *(0.03, 0.05, 0.08, 0.05, 0.05, 0.15, 0.15, 0.0, 0.0, 0.05, 1.0, 0.1, 0.0, 0.0)
     ]
 
 
@@ -169,21 +169,27 @@ def test_a_fault_free_stream_counts_flags_by_hour_and_sensor(
     assert outcome.samples == 201
 
 
-def test_the_real_pen_runs_where_it_is(tmp_path: Path) -> None:
+def test_real_recordings_run_where_they_are(tmp_path: Path) -> None:
     assert not [each for each in SUITE.tasks(Scope(SEEDS)) if SUITE.reads(each)]
-    (tmp_path / real.FOLDER).mkdir()
+    (tmp_path / "dpoint_pen").mkdir()
     found = [each for each in SUITE.tasks(Scope(SEEDS, str(tmp_path))) if SUITE.reads(each)]
-    assert {SUITE.reads(each) for each in found} == {real.FOLDER}
-    expected = {(s, name) for s in real.SENSORS for name in ("ekf", "mhe-rti", "mhe")}
+    assert {SUITE.reads(each) for each in found} == {"dpoint_pen"}
+    names = ("ekf", "mhe-rti", "mhe")
+    expected = {(s, name) for s in (BOTH, "accel+gyro+camera") for name in names}
     assert {(each.sensors, each.estimator) for each in found} == expected
+    (tmp_path / "isa_imu_array").mkdir()
+    found = [each for each in SUITE.tasks(Scope(SEEDS, str(tmp_path))) if each.case == real.ARRAY]
+    assert Counter(each.estimator for each in found) == dict.fromkeys(names, 8)
     assert not [each for each in SUITE.tasks(Scope(5, str(tmp_path))) if SUITE.reads(each)]
 
 
 @pytest.mark.slow
-def test_what_is_said_of_the_real_pen(data_folder: Path) -> None:
-    outcome = SUITE.run(task(real.CASE, "ekf"), Scope(SEEDS, str(data_folder)))
-    assert set(named(outcome)) == {"flags on a real pen"}
-    assert outcome.samples > 5000
+@pytest.mark.parametrize(("case", "samples"), [(real.DPOINT, 4600), (real.ARRAY, 30600)])
+def test_what_is_said_of_real_recordings(case: str, samples: int, data_folder: Path) -> None:
+    outcome = SUITE.run(task(case, "ekf"), Scope(SEEDS, str(data_folder)))
+    assert outcome.status == OK
+    assert set(named(outcome)) == {"flags on a real recording"}
+    assert outcome.samples == pytest.approx(samples, rel=0.03)
 
 
 def hand_made(case: str, estimator: str, seed: int, score: FaultScore, said: str) -> list[Any]:
