@@ -79,3 +79,6 @@ class Figure:
 
 TRUTH = "truth"
 """Name of the true curve."""
+
+Table = tuple[str, str, Sequence[str], Sequence[Sequence[str]]]
+"""Title, caption, names of the columns, and rows of text."""

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmark.configurations import CONFIGURATIONS
-from benchmark.figures.figure import Figure
-from benchmark.figures.table import Table
+from benchmark.figures.figure import Figure, Table
 from benchmark.report.advice import Advice, advice
 from benchmark.report.belief import costs_of_belief
 from benchmark.report.broken import Broken, broken_off

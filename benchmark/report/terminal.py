@@ -148,14 +148,8 @@ def _part(part: ReportPart) -> list[str]:
         ]
         names = ("Sensors", "Quantity", "EKF", "MHE", "MHE minus EKF", "95 % interval", "Runs")
         blocks += ["### EKF against MHE", table((*names, "The MHE is"), pairs)]
-    for shown in part.tables:
-        blocks += [
-            in_markdown(f"### {shown.title}"),
-            in_markdown(shown.caption),
-            table(shown.head, shown.rows[:MOST]),
-        ]
-        if len(shown.rows) > MOST:
-            blocks.append(f"{len(shown.rows) - MOST} more lines are in results.parquet.")
+    for title, caption, heads, shown in part.tables:
+        blocks += [in_markdown(f"### {title}"), in_markdown(caption), table(heads, shown)]
     if part.broken:
         lines = [
             (row.case, row.sensors, row.estimator, *_outcome(row)) for row in part.broken[:MOST]

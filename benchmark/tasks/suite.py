@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from benchmark.figures.figure import Figure
-from benchmark.figures.table import Table
+from benchmark.figures.figure import Figure, Table
+from benchmark.tasks.results import Results
 from benchmark.tasks.task import Outcome, Task
-
-if TYPE_CHECKING:
-    from benchmark.tasks.results import Results
 
 
 @dataclass(frozen=True)
@@ -42,18 +39,6 @@ class Scope:
         return max(1, self.seeds // 4)
 
 
-def _nothing(_: object) -> str:
-    return ""
-
-
-def _no_tables(_: Results) -> Sequence[Table]:
-    return ()
-
-
-def _no_entries(_: Scope) -> Mapping[str, Any]:
-    return {}
-
-
 @dataclass(frozen=True)
 class Suite:
     """A suite.
@@ -80,8 +65,8 @@ class Suite:
     run: Callable[[Task, Scope], Outcome]
     claims: Path | None
     figures: Callable[[Results], Sequence[Figure]]
-    missing: Callable[[Scope], str] = _nothing
-    reads: Callable[[Task], str] = _nothing
-    own: Callable[[Scope], Mapping[str, Any]] = _no_entries
-    made_of: Callable[[Scope], str] = _nothing
-    tables: Callable[[Results], Sequence[Table]] = _no_tables
+    missing: Callable[[Scope], str] = lambda _: ""
+    reads: Callable[[Task], str] = lambda _: ""
+    own: Callable[[Scope], Mapping[str, Any]] = lambda _: {}
+    made_of: Callable[[Scope], str] = lambda _: ""
+    tables: Callable[[Results], Sequence[Table]] = lambda _: ()

@@ -56,7 +56,7 @@ class Strata:
         name : one name is one set of draws
         """
         rng = np.random.default_rng(zlib.crc32(name.encode()))
-        starts = self._starts
+        starts = np.flatnonzero(np.diff(self.cell, prepend=-1))
         sizes = np.diff(starts, append=len(self.cell))
         # A number below 1 for every value, scaled to its own cell.
         drawn = rng.random((RESAMPLES, len(self.cell)))
@@ -65,11 +65,8 @@ class Strata:
 
     def worst(self, values: Array) -> Array:
         """Return the mean over cells of the largest value of each, of values (…, n) to (…)."""
-        return np.asarray(np.maximum.reduceat(values, self._starts, axis=-1).mean(axis=-1))
-
-    @property
-    def _starts(self) -> NDArray[np.int64]:
-        return np.flatnonzero(np.diff(self.cell, prepend=-1))
+        first = np.flatnonzero(np.diff(self.cell, prepend=-1))
+        return np.asarray(np.maximum.reduceat(values, first, axis=-1).mean(axis=-1))
 
 
 def interval(

@@ -62,8 +62,7 @@ class Claim(BaseModel):
         ``status=…`` and ``solved_fraction``
     against : as `of`, changes to it that choose the rows to compare with
     compare : figure = mean of `of` / mean of `against`, or mean of their differences
-    statistic : mean or median over cases and seeds; ``worst``: the mean over cases of the largest
-        value of their seeds
+    statistic : mean or median over cases and seeds; worst: mean over cases of the largest seed
     every : columns for each of whose values the claim must hold by itself: ``case``, ``quantity``
     at_least, at_most : the criterion; one of them or both
     changed : every change of the criterion since it was first written, oldest first

@@ -28,6 +28,7 @@ from estimation.estimator import BatchEstimator, Estimator, run_measurements
 from estimation.history import EstimateHistory
 from estimation.recording import Measurement
 from pen_mhe.estimators import create_estimator
+from suites.faults.given_rows import GivenRows
 from suites.faults.inject import injected
 from suites.faults.protocol import (
     ESTIMATORS,
@@ -38,8 +39,7 @@ from suites.faults.protocol import (
     true_motion,
 )
 from suites.faults.quantities import WITHIN_S
-from suites.faults.scoring import Errors, Score, broken, score
-from suites.faults.stream import Stream
+from suites.faults.scoring import FaultScore, RunErrors, broken, score
 from suites.faults.table import Fault, fault_named
 
 Wrap = Callable[[Estimator[Any]], Estimator[Any]]
@@ -54,7 +54,7 @@ def bare(estimator: Estimator[Any]) -> Estimator[Any]:
 
 def run_cell(
     fault: str | Fault, estimator: str, sensors: str, seeds: Iterable[int], wrap: Wrap = bare
-) -> list[Score]:
+) -> list[FaultScore]:
     """Return the score of every seed."""
     chosen = fault_named(fault) if isinstance(fault, str) else fault
     bench = bench_of(estimator, sensors, wrap)
@@ -67,7 +67,7 @@ def run_table(
     seeds: Sequence[int],
     wrap: Wrap = bare,
     chosen: Callable[[Fault], bool] = lambda fault: True,
-) -> dict[Cell, list[Score]]:
+) -> dict[Cell, list[FaultScore]]:
     """Return the scores of every fault that a choice of sensors can have."""
     return {
         (fault.key, name, choice): run_cell(fault, name, choice, seeds, wrap)
@@ -78,7 +78,7 @@ def run_table(
     }
 
 
-def summary(table: Mapping[Cell, Sequence[Score]]) -> dict[str, float]:
+def summary(table: Mapping[Cell, Sequence[FaultScore]]) -> dict[str, float]:
     """Return shares of a table, of its runs and of its cells; a cell is its worst seed.
 
     Right and accurate again are within 2 s, apart for faults that end and faults that stay.
@@ -115,14 +115,14 @@ class Bench:
         settings = ESTIMATORS[estimator]
         self.estimator = wrap(create_estimator(estimator, self.model, **settings))
         self.judged = judged_quantities(self.model)
-        self._clean: dict[tuple[int, float], Errors] = {}
-        self._streams: dict[tuple[int, float], Stream] = {}
+        self._clean: dict[tuple[int, float], RunErrors] = {}
+        self._streams: dict[tuple[int, float], GivenRows] = {}
 
-    def score(self, fault: Fault, seed: int) -> Score:
+    def score(self, fault: Fault, seed: int) -> FaultScore:
         """Return the score of one run."""
         return self.scored(fault, seed)[0]
 
-    def scored(self, fault: Fault, seed: int) -> tuple[Score, Errors | None]:
+    def scored(self, fault: Fault, seed: int) -> tuple[FaultScore, RunErrors | None]:
         """Return the score of one run and its errors; one that broke off has none."""
         clean = self.clean(seed, fault.duration_s)
         try:
@@ -131,26 +131,26 @@ class Bench:
             return broken(f"{type(error).__name__}: {' '.join(str(error).split())}"), None
         return score(errors, clean, fault), errors
 
-    def clean(self, seed: int, duration_s: float) -> Errors:
+    def clean(self, seed: int, duration_s: float) -> RunErrors:
         """Return the errors of the fault-free run."""
         key = (seed, duration_s)
         if key not in self._clean:
             self._clean[key] = self._errors(self.stream(*key), seed)
         return self._clean[key]
 
-    def errors(self, fault: Fault, seed: int) -> Errors:
+    def errors(self, fault: Fault, seed: int) -> RunErrors:
         """Return the errors of a run with a fault."""
         clean = self.stream(seed, fault.duration_s)
         return self._errors(injected(fault, clean, self.model, seed), seed)
 
-    def stream(self, seed: int, duration_s: float) -> Stream:
+    def stream(self, seed: int, duration_s: float) -> GivenRows:
         """Return the rows of the fault-free recording."""
         key = (seed, duration_s)
         if key not in self._streams:
-            self._streams[key] = Stream.of(recorded(self.sensors, seed, duration_s))
+            self._streams[key] = GivenRows.of(recorded(self.sensors, seed, duration_s))
         return self._streams[key]
 
-    def history(self, stream: Stream) -> EstimateHistory:
+    def history(self, stream: GivenRows) -> EstimateHistory:
         """Return what the estimator makes of rows, in compiled batches where it has them."""
         time_s, y = stream.stacked(self.model)
         if isinstance(self.estimator, BatchEstimator):
@@ -158,9 +158,9 @@ class Bench:
         rows = (Measurement(float(at), row) for at, row in zip(time_s, y, strict=True))
         return run_measurements(self.estimator, rows)
 
-    def _errors(self, stream: Stream, seed: int) -> Errors:
+    def _errors(self, stream: GivenRows, seed: int) -> RunErrors:
         history = self.history(stream)
-        return Errors.of(history, self.judged, true_motion(seed, history.time_s))
+        return RunErrors.of(history, self.judged, true_motion(seed, history.time_s))
 
 
 @lru_cache(maxsize=32)

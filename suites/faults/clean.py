@@ -7,11 +7,11 @@ import numpy as np
 from benchmark.tasks.task import Quantity
 from estimation.status import Status
 from suites.faults.cells import Bench
+from suites.faults.given_rows import GivenRows
 from suites.faults.protocol import recorded
 from suites.faults.quantities import FLAGS, LOST
+from suites.faults.said import Said
 from suites.faults.scoring import raised
-from suites.faults.stream import Stream
-from suites.faults.told import Told
 
 SPEEDS = (0.3, 1.0, 2.0, 3.0)
 """Factors of the speed that the pen file states."""
@@ -25,7 +25,7 @@ FIRST_SEED = 1000
 SETTLED_S = 1.0
 
 
-def flags_raised(told: Told) -> int:
+def flags_raised(told: Said) -> int:
     """Return how often a flag of a sensor goes up, or one that no sensor is blamed for."""
     inconsistent = (told.status & Status.INCONSISTENT.value) != 0
     return sum(raised(of_sensor != 0) for of_sensor in told.flagged.T) + raised(inconsistent)
@@ -33,11 +33,11 @@ def flags_raised(told: Told) -> int:
 
 def run_clean(
     bench: Bench, case: str, seed: int, duration_s: float
-) -> tuple[list[Quantity], Told, np.ndarray]:
+) -> tuple[list[Quantity], Said, np.ndarray]:
     """Return what a fault-free stream found, what was said, and step times (n,)."""
     recording = recorded(bench.sensors, FIRST_SEED + seed, duration_s, speed=CLEAN[case])
-    history = bench.history(Stream.of(recording))
-    told = Told.of(history)
+    history = bench.history(GivenRows.of(recording))
+    told = Said.of(history)
     lasting_s = np.diff(history.time_s, append=history.time_s[-1])
     later = history.time_s - history.time_s[0] >= SETTLED_S
     lost = (told.status & Status.LOST.value) != 0

@@ -18,7 +18,7 @@ IN_PART = "ekf"
 
 
 @dataclass(frozen=True)
-class Contender:
+class FaultContender:
     """An estimator as the suite runs it.
 
     Parameters
@@ -51,15 +51,15 @@ def without_watch(estimator: str) -> str:
     return f"{estimator}-unwatched"
 
 
-CONTENDERS: Mapping[str, Contender] = MappingProxyType(
+CONTENDERS: Mapping[str, FaultContender] = MappingProxyType(
     {
-        REFERENCE: Contender(REFERENCE, most_seeds=1, is_judged_clean=False),
+        REFERENCE: FaultContender(REFERENCE, most_seeds=1, is_judged_clean=False),
         **{
-            name: Contender(name, in_part=name == IN_PART)
+            name: FaultContender(name, in_part=name == IN_PART)
             for name in reversed(BENCHMARK_ESTIMATORS)
         },
         **{
-            without_watch(name): Contender(
+            without_watch(name): FaultContender(
                 name, is_watched=False, most_seeds=3, in_part=name == IN_PART, is_judged_clean=False
             )
             for name in reversed(BENCHMARK_ESTIMATORS)

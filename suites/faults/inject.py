@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from models.arrays import Array
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
-from suites.faults.inject_readings import READINGS, Readings, swapped
+from suites.faults.given_rows import GivenRows
+from suites.faults.inject_readings import READINGS, HitReadings, swapped
 from suites.faults.protocol import targets_of
-from suites.faults.stream import Stream
 from suites.faults.table import INSTANT_S, Fault
 
 
@@ -22,7 +22,7 @@ from suites.faults.table import INSTANT_S, Fault
 class _Hit:
     """A stream, and the sensors in it that a fault hits."""
 
-    stream: Stream
+    stream: GivenRows
     fault: Fault
     model: StateSpaceModel
     sensors: tuple[str, ...]
@@ -41,7 +41,7 @@ class _Hit:
         return stream(seed_sequence(self.seed), f"{self.fault.key} of {purpose}")
 
 
-def injected(fault: Fault, clean: Stream, model: StateSpaceModel, seed: int) -> Stream:
+def injected(fault: Fault, clean: GivenRows, model: StateSpaceModel, seed: int) -> GivenRows:
     """Return the rows of a fault-free recording as a fault leaves them.
 
     Parameters
@@ -54,49 +54,49 @@ def injected(fault: Fault, clean: Stream, model: StateSpaceModel, seed: int) -> 
     return INJECTIONS[fault.does](given)
 
 
-def _of_readings(change: Callable[[Readings], Array]) -> Callable[[_Hit], Stream]:
-    def inject(given: _Hit) -> Stream:
+def _of_readings(change: Callable[[HitReadings], Array]) -> Callable[[_Hit], GivenRows]:
+    def inject(given: _Hit) -> GivenRows:
         found = given.stream
         for name in given.sensors:
             time_s, values = given.stream.sensor(name)
             hit = given.within(time_s)
             sensor = given.model.sensor(name)
-            changed = change(Readings(given.fault, sensor, time_s, values, hit, given.rng(name)))
+            changed = change(HitReadings(given.fault, sensor, time_s, values, hit, given.rng(name)))
             found = found.changed(name, given.stream.rows_of(name)[hit], changed)
         return found
 
     return inject
 
 
-def hole(given: _Hit) -> Stream:
+def hole(given: _Hit) -> GivenRows:
     """No instants at all."""
     rows = np.arange(len(given.stream.time_s))
     return given.stream.taken(np.setdiff1d(rows, given.within(given.stream.time_s)))
 
 
-def switched_on(given: _Hit) -> Stream:
+def switched_on(given: _Hit) -> GivenRows:
     """Nothing before it begins."""
     return given.stream.taken(given.within(given.stream.time_s))
 
 
-def jitter(given: _Hit) -> Stream:
+def jitter(given: _Hit) -> GivenRows:
     """Stamps off by up to a size either way, then sorted; readings stay in their order."""
     rows, size = given.within(given.stream.time_s), given.fault.size
     time_s = given.stream.time_s.copy()
     time_s[rows] += given.rng("stamps").uniform(-size, size, len(rows))
-    return Stream(np.sort(time_s), given.stream.readings)
+    return GivenRows(np.sort(time_s), given.stream.readings)
 
 
-def late(given: _Hit) -> Stream:
+def late(given: _Hit) -> GivenRows:
     """Stamps of some sensors a size later, those of the others as they were."""
     parts = {name: given.stream.sensor(name) for name in given.stream.readings}
     for name in given.sensors:
         time_s, values = parts[name]
         parts[name] = (time_s + given.fault.size, values)
-    return Stream.merged(parts)
+    return GivenRows.merged(parts)
 
 
-def thinned(given: _Hit) -> Stream:
+def thinned(given: _Hit) -> GivenRows:
     """A sensor's first reading of each period of a rate in Hz, and no other."""
     parts = {}
     for name in given.stream.readings:
@@ -104,17 +104,17 @@ def thinned(given: _Hit) -> Stream:
         period = np.floor((time_s + INSTANT_S) * given.fault.size)
         kept = np.diff(period, prepend=-1.0) > 0
         parts[name] = (time_s[kept], values[kept])
-    return Stream.merged(parts)
+    return GivenRows.merged(parts)
 
 
-def twice_at_once(given: _Hit) -> Stream:
+def twice_at_once(given: _Hit) -> GivenRows:
     """Every row twice under one stamp."""
     counts = np.ones(len(given.stream.time_s), dtype=int)
     counts[given.within(given.stream.time_s)] = 2
     return given.stream.taken(np.repeat(np.arange(len(counts)), counts))
 
 
-def twice_later(given: _Hit) -> Stream:
+def twice_later(given: _Hit) -> GivenRows:
     """Every reading again half a period of its sensor later."""
     parts = {}
     for name in given.stream.readings:
@@ -123,17 +123,17 @@ def twice_later(given: _Hit) -> Stream:
         assert rate_hz is not None
         again = time_s[hit] + 0.5 / rate_hz
         parts[name] = (np.append(time_s, again), np.vstack([values, values[hit]]))
-    return Stream.merged(parts)
+    return GivenRows.merged(parts)
 
 
-def swapped_rows(given: _Hit) -> Stream:
+def swapped_rows(given: _Hit) -> GivenRows:
     """Neighbouring rows arrive in each other's place, with their stamps."""
     rows, hit = np.arange(len(given.stream.time_s)), given.within(given.stream.time_s)
     rows[hit] = swapped(hit)
     return given.stream.taken(rows)
 
 
-INJECTIONS: Mapping[str, Callable[[_Hit], Stream]] = MappingProxyType(
+INJECTIONS: Mapping[str, Callable[[_Hit], GivenRows]] = MappingProxyType(
     {
         **{name: _of_readings(change) for name, change in READINGS.items()},
         **{

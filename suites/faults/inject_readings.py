@@ -22,7 +22,7 @@ POSITION, TURN = slice(0, 3), slice(3, 6)
 
 
 @dataclass(frozen=True, eq=False)
-class Readings:
+class HitReadings:
     """All readings of a sensor, and the fault that hits some of them.
 
     Parameters
@@ -45,18 +45,18 @@ class Readings:
         return self.values[self.hit].copy()
 
 
-def lost(given: Readings) -> Array:
+def lost(given: HitReadings) -> Array:
     """No reading; the instant stays."""
     return np.full_like(given.hit_values, np.nan)
 
 
-def stuck(given: Readings) -> Array:
+def stuck(given: HitReadings) -> Array:
     """The last reading before, again and again."""
     last = given.values[max(int(given.hit[0]) - 1, 0)]
     return np.broadcast_to(last, given.hit_values.shape)
 
 
-def spikes(given: Readings) -> Array:
+def spikes(given: HitReadings) -> Array:
     """A size is added to single readings: axes in turn, signs alternating."""
     values, fault = given.hit_values, given.fault
     for i in range(fault.spikes):
@@ -65,51 +65,51 @@ def spikes(given: Readings) -> Array:
     return values
 
 
-def at_limit(given: Readings) -> Array:
+def at_limit(given: HitReadings) -> Array:
     """Every axis at its end of the range, on the side on which it is."""
     limit = given.sensor.reading_limit
     assert limit is not None, f"{given.sensor.name} has no range"
     return np.copysign(limit, given.hit_values)
 
 
-def clipped(given: Readings) -> Array:
+def clipped(given: HitReadings) -> Array:
     """No axis reads more than a share of the largest reading of the recording."""
     limit = given.fault.size * np.abs(given.values).max()
     return np.clip(given.hit_values, -limit, limit)
 
 
-def biased(given: Readings) -> Array:
+def biased(given: HitReadings) -> Array:
     """A constant more on one axis."""
     values = given.hit_values
     values[:, given.fault.axis] += given.fault.size
     return values
 
 
-def scaled(given: Readings) -> Array:
+def scaled(given: HitReadings) -> Array:
     """All axes times a factor."""
     return given.fault.size * given.hit_values
 
 
-def flipped(given: Readings) -> Array:
+def flipped(given: HitReadings) -> Array:
     """One axis of the other sign."""
     values = given.hit_values
     values[:, given.fault.axis] *= -1
     return values
 
 
-def swapped_readings(given: Readings) -> Array:
+def swapped_readings(given: HitReadings) -> Array:
     """Neighbours in each other's place, under stamps in order."""
     return given.values[swapped(given.hit)]
 
 
-def one_pose_off(given: Readings) -> Array:
+def one_pose_off(given: HitReadings) -> Array:
     """The first pose, moved and turned away."""
     values = given.hit_values
     values[:1] = _away(values[:1], given)
     return values
 
 
-def poses_off(given: Readings) -> Array:
+def poses_off(given: HitReadings) -> Array:
     """A share of the poses, each moved and turned away on its own."""
     values = given.hit_values
     off = given.rng.random(len(values)) < given.fault.share
@@ -117,7 +117,7 @@ def poses_off(given: Readings) -> Array:
     return values
 
 
-def other_sign(given: Readings) -> Array:
+def other_sign(given: HitReadings) -> Array:
     """Every second attitude as the rotation vector of the quaternion -q: the same attitude."""
     values = given.hit_values
     turn = values[1::2, TURN]
@@ -126,14 +126,14 @@ def other_sign(given: Readings) -> Array:
     return values
 
 
-def conjugated(given: Readings) -> Array:
+def conjugated(given: HitReadings) -> Array:
     """Attitudes as the rotation vectors of the inverse."""
     values = given.hit_values
     values[:, TURN] *= -1
     return values
 
 
-READINGS: Mapping[str, Callable[[Readings], Array]] = MappingProxyType(
+READINGS: Mapping[str, Callable[[HitReadings], Array]] = MappingProxyType(
     {
         each.__name__: each
         for each in (
@@ -153,7 +153,7 @@ def swapped(rows: NDArray[np.int64]) -> NDArray[np.int64]:
     return changed
 
 
-def _away(poses: Array, given: Readings) -> Array:
+def _away(poses: Array, given: HitReadings) -> Array:
     """Return poses (n, 6), each moved by the fault's size and turned by its angle, at random."""
     directions = given.rng.standard_normal((2, len(poses), 3))
     directions /= np.linalg.norm(directions, axis=2, keepdims=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from benchmark.tasks.task import Quantity
-from suites.faults.scoring import Score
+from suites.faults.scoring import FaultScore
 from suites.faults.table import Fault
 
 WITHIN_S, LONG_WITHIN_S = 2.0, 3.0
@@ -14,7 +14,7 @@ SILENT_WRONG, SILENT, WRONG = "silent wrong", "silent", "wrong"
 RIGHT, ACCURATE = "right again", "accurate again"
 PEAK, PEAK_TIP, PEAK_STDS = "peak error", "peak tip error", "peak error in deviations"
 BROKE, FLAGS, LOST = "broke off or not finite", "flags", "lost"
-REAL_FLAGS = "flags on a real pen"
+REAL_FLAGS = "flags on a real recording"
 STAYS = ", fault stays"
 
 
@@ -23,7 +23,7 @@ def not_within(what: str, within_s: float, fault: Fault | None = None) -> str:
     return f"not {what} within {within_s:g} s" + (STAYS if fault and fault.stays else "")
 
 
-def fault_quantities(fault: Fault, score: Score, sees_tip: bool) -> list[Quantity]:
+def fault_quantities(fault: Fault, score: FaultScore, sees_tip: bool) -> list[Quantity]:
     """Return what a run with a fault found.
 
     Parameters

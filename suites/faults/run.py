@@ -14,11 +14,10 @@ from suites.faults.clean import CLEAN, LONG_S, SHORT_S, run_clean
 from suites.faults.contenders import CONTENDERS, without_watch
 from suites.faults.protocol import TIP
 from suites.faults.quantities import fault_quantities
-from suites.faults.real import CASE as DPOINT
-from suites.faults.real import run_real
-from suites.faults.scoring import Errors
+from suites.faults.real import REAL, run_real
+from suites.faults.said import Said
+from suites.faults.scoring import RunErrors
 from suites.faults.table import fault_named
-from suites.faults.told import Told
 
 SHOWN: Mapping[str, str] = MappingProxyType(
     dict.fromkeys(
@@ -62,10 +61,10 @@ def run_stream(task: Task, is_long: bool) -> Outcome:
     return _outcome(bench.model.name, found, told, step_time_s)
 
 
-def run_dpoint(task: Task, data: str | None) -> Outcome:
-    """Run a task on the real pen."""
+def run_recording(task: Task, data: str | None) -> Outcome:
+    """Run a task on a real recording."""
     assert data is not None
-    model, found, told, history = run_real(task.estimator, task.sensors, data)
+    model, found, told, history = run_real(task, data)
     everything = told.words(np.diff(history.time_s, append=history.time_s[-1]))
     return _outcome(model, found, told, history.step_time_s, said=everything)
 
@@ -80,15 +79,15 @@ def run_task(task: Task, data: str | None, is_long: bool) -> Outcome:
     """
     if task.estimator not in CONTENDERS:
         return failed(f"{task.estimator} is no contender of the suite")
-    if task.case == DPOINT:
-        return run_dpoint(task, data)
+    if task.case in REAL:
+        return run_recording(task, data)
     return run_stream(task, is_long) if task.case in CLEAN else run_fault(task)
 
 
 def _outcome(
     model: str,
     found: list[Quantity],
-    told: Told,
+    told: Said,
     step_time_s: Array,
     said: str = "",
     series: tuple[Series, ...] = (),
@@ -105,7 +104,7 @@ def _outcome(
     )
 
 
-def _series(errors: Errors, name: str) -> Series:
+def _series(errors: RunErrors, name: str) -> Series:
     i = errors.names.index(name)
     error = np.degrees(errors.errors[:, i])
     claimed = np.abs(error) / errors.stds[:, i]

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from estimation.history import EstimateHistory
 from models.arrays import Array
 from suites.faults.protocol import ANGLES, TIP
+from suites.faults.said import Said
 from suites.faults.table import INSTANT_S, Fault
-from suites.faults.told import Told
 
 WRONG_STDS, OF_CLEAN = 5.0, 1.5
 SILENT_S = 0.2
@@ -31,7 +31,7 @@ SETTLED_S = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Errors:
+class RunErrors:
     """Errors of a run's judged quantities against the truth.
 
     Parameters
@@ -48,13 +48,13 @@ class Errors:
     time_s: Array
     errors: Array
     stds: Array
-    told: Told
+    told: Said
     step_time_s: Array
 
     @classmethod
     def of(
         cls, history: EstimateHistory, names: tuple[str, ...], truth: Mapping[str, Array]
-    ) -> Errors:
+    ) -> RunErrors:
         """Return the errors of a history.
 
         Parameters
@@ -69,7 +69,7 @@ class Errors:
         with np.errstate(divide="ignore", invalid="ignore"):
             stds = np.abs(errors) / claimed
         stds[~np.isfinite(stds)] = np.inf
-        return cls(names, history.time_s, errors, stds, Told.of(history), history.step_time_s)
+        return cls(names, history.time_s, errors, stds, Said.of(history), history.step_time_s)
 
     @property
     def lasting_s(self) -> Array:
@@ -94,7 +94,7 @@ class Errors:
 
 
 @dataclass(frozen=True)
-class Score:
+class FaultScore:
     """A run with a fault beside the same run without.
 
     Parameters
@@ -133,7 +133,7 @@ class Score:
         return self.silent_s > SILENT_S + INSTANT_S
 
 
-def score(errors: Errors, clean: Errors, fault: Fault) -> Score:
+def score(errors: RunErrors, clean: RunErrors, fault: Fault) -> FaultScore:
     """Return the score of a run with a fault.
 
     Parameters
@@ -144,7 +144,7 @@ def score(errors: Errors, clean: Errors, fault: Fault) -> Score:
     wrong = (errors.stds > limits(clean)).any(axis=1)
     silent = wrong & ~told.anything
     since = errors.time_s >= fault.at_s - INSTANT_S
-    return Score(
+    return FaultScore(
         float(lasting_s[silent].sum()),
         float(lasting_s[wrong].sum()),
         right_again(errors, fault),
@@ -161,24 +161,26 @@ def score(errors: Errors, clean: Errors, fault: Fault) -> Score:
     )
 
 
-def broken(why: str) -> Score:
+def broken(why: str) -> FaultScore:
     """Return the score of a run that broke off: never right, infinitely wrong."""
     inf, nan = math.inf, math.nan
-    return Score(inf, inf, inf, inf, inf, inf, inf, nan, nan, 0, nan, broke=why, is_finite=False)
+    return FaultScore(
+        inf, inf, inf, inf, inf, inf, inf, nan, nan, 0, nan, broke=why, is_finite=False
+    )
 
 
-def limits(clean: Errors) -> Array:
+def limits(clean: RunErrors) -> Array:
     """Return in how many deviations (k,) a judged quantity is wrong."""
     return np.maximum(WRONG_STDS, OF_CLEAN * clean.stds.max(axis=0))
 
 
-def right_again(errors: Errors, fault: Fault) -> float:
+def right_again(errors: RunErrors, fault: Fault) -> float:
     """Return how long until at most `MOST_OFF` of the instants exceed `RIGHT_STDS`, s."""
     off = np.asarray((errors.stds > RIGHT_STDS).any(axis=1))
     return _first(errors, fault, lambda rows: float(np.mean(off[rows])) <= MOST_OFF)
 
 
-def accurate_again(errors: Errors, clean: Errors, fault: Fault) -> float:
+def accurate_again(errors: RunErrors, clean: RunErrors, fault: Fault) -> float:
     """Return how long until errors are again as small as without the fault, s.
 
     RMS at most 1.5 × that of the fault-free run + 0.3° of the judged angles, + 0.5 mm of the tip.
@@ -193,7 +195,7 @@ def accurate_again(errors: Errors, clean: Errors, fault: Fault) -> float:
     )
 
 
-def _first(errors: Errors, fault: Fault, holds: Callable[[slice], bool]) -> float:
+def _first(errors: RunErrors, fault: Fault, holds: Callable[[slice], bool]) -> float:
     """Return how long after a fault is over something begins to hold, s.
 
     It has to hold of an instant and all within `RIGHT_FOR_S` behind it, which the recording does

@@ -11,9 +11,7 @@ from suites.faults.clean import CLEAN
 from suites.faults.contenders import CONTENDERS, SEEDS
 from suites.faults.figures import figures
 from suites.faults.protocol import SENSORS, faults_for
-from suites.faults.real import CASE as DPOINT
-from suites.faults.real import FOLDER, has_recording
-from suites.faults.real import SENSORS as REAL_SENSORS
+from suites.faults.real import REAL, real_tasks
 from suites.faults.run import run_task
 from suites.faults.tables import tables
 
@@ -34,8 +32,8 @@ def tasks(scope: Scope) -> Sequence[Task]:
 
 def _tasks(scope: Scope) -> Iterator[Task]:
     for name, contender in CONTENDERS.items():
-        if contender.is_judged_clean and has_recording(scope.data):
-            yield from (Task(NAME, DPOINT, sensors, name, 0) for sensors in REAL_SENSORS)
+        if contender.is_judged_clean:
+            yield from real_tasks(NAME, name, scope.data)
         seeds = range(min(scope.seeds, contender.most_seeds))
         for sensors in SENSORS:
             cases = [fault.key for fault in faults_for(sensors)]
@@ -82,6 +80,6 @@ SUITE = Suite(
     run=run,
     claims=Path(__file__).with_name("claims.toml"),
     figures=figures,
-    reads=lambda task: FOLDER if task.case == DPOINT else "",
+    reads=lambda task: REAL[task.case].folder if task.case in REAL else "",
     tables=tables,
 )

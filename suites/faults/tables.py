@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from benchmark.figures.table import Table
+from benchmark.figures.figure import Table
 from benchmark.tasks.results import Results
 from suites.faults.contenders import CONTENDERS
 from suites.faults.protocol import SENSORS, faults_for
@@ -21,16 +21,14 @@ NOTHING, UNNOTICEABLE = "nothing", "nobody could notice it in time"
 
 def tables(results: Results) -> Sequence[Table]:
     """Return a table for every contender: its cells, the worst first."""
+    caption = (
+        "The worst seed of each cell, the longest silence first. Said is what the fault-free run "
+        f"never says, and for how long. Of {len(_declared())} cells in {_all_cells()} it was "
+        "computed beforehand that in some seed nobody could notice in time; they are marked, and "
+        "judged like all others."
+    )
     return [
-        Table(
-            f"Every cell of {name}",
-            "The worst seed of each cell, the longest silence first. Said is what the fault-free "
-            f"run never says, and for how long. Of {len(_declared())} cells in {_all_cells()} it "
-            "was computed beforehand that in some seed nobody could notice in time; they are "
-            "marked, and judged like all others.",
-            HEAD,
-            rows,
-        )
+        (f"Every cell of {name}", caption, HEAD, rows)
         for name in CONTENDERS
         if (rows := _rows(results, name))
     ]

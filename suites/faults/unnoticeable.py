@@ -31,10 +31,10 @@ from models.arrays import Array
 from models.parsed import toml_data
 from models.state_space import StateSpaceModel
 from suites.faults.cells import Bench, bench_of
+from suites.faults.given_rows import GivenRows
 from suites.faults.inject import injected
 from suites.faults.protocol import SENSORS, faults_for
 from suites.faults.scoring import SILENT_S, WRONG_STDS
-from suites.faults.stream import Stream
 from suites.faults.table import INSTANT_S, Fault
 
 FILE = Path(__file__).with_name("unnoticeable.toml")
@@ -106,7 +106,7 @@ def unnoticed_s(given: Response, judged: Sequence[int]) -> tuple[float, float]:
     return float(lasting_s[unnoticed].sum()), float(given.cost[last[-1]]) if len(last) else 0.0
 
 
-def is_of_readings(fault: Fault, clean: Stream, hit: Stream) -> bool:
+def is_of_readings(fault: Fault, clean: GivenRows, hit: GivenRows) -> bool:
     """Whether a fault changes readings under their stamps, and no stamps."""
     return np.array_equal(clean.time_s, hit.time_s)
 

@@ -58,12 +58,12 @@ def test_changes_of_a_criterion_have_a_day_and_a_reason(tmp_path: Path) -> None:
         ("at_most = 1", 'at_most = 1\ncompare = "less"', "key claim.0.compare: Input should be"),
         ("at_most = 1", 'at_most = 1\nstatistic = "max"', "key claim.0.statistic: Input should"),
         ("at_most = 1", "at_most = 1\nmargin = 1.0", "key claim.0.margin: Input should be less"),
+        ("at_most = 1", "at_most = 1\nchanged = [{ on = 2026-11-30 }]", "changed.0.why: Field"),
         (
             "at_most = 1",
             'at_most = 1\nstatistic = "worst"\nagainst = { case = "b" }',
             "statistic worst compares nothing, expected no against",
         ),
-        ("at_most = 1", "at_most = 1\nchanged = [{ on = 2026-11-30 }]", "changed.0.why: Field"),
         ("[[claim]]", "[[klaim]]", "key claim: Field required"),
         ("[[claim]]", "claim = []\n[x]", "key claim: Tuple should have at least 1 item"),
         ("of =", "of", "Expected '=' after a key in a key/value pair (at line 7"),

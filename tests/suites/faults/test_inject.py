@@ -11,9 +11,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from models.arrays import Array
+from suites.faults.given_rows import GivenRows
 from suites.faults.inject import injected
 from suites.faults.protocol import model_of, recorded
-from suites.faults.stream import Stream
 from suites.faults.table import fault_named, faults
 
 SENSORS = "accel+gyro+camera"
@@ -22,12 +22,12 @@ SEED = 3
 
 
 @cache
-def clean(duration_s: float = 8.0) -> Stream:
-    return Stream.of(recorded(SENSORS, SEED, duration_s))
+def clean(duration_s: float = 8.0) -> GivenRows:
+    return GivenRows.of(recorded(SENSORS, SEED, duration_s))
 
 
 @cache
-def hit(key: str) -> Stream:
+def hit(key: str) -> GivenRows:
     fault = fault_named(key)
     return injected(fault, clean(fault.duration_s), model_of(SENSORS), SEED)
 

@@ -14,9 +14,9 @@ from estimation.status import Status
 from estimation.watch.flags import Flag
 from models.arrays import Array
 from suites.faults.protocol import TILT, TIP
-from suites.faults.scoring import Errors, broken, score
+from suites.faults.said import Said
+from suites.faults.scoring import RunErrors, broken, score
 from suites.faults.table import Fault
-from suites.faults.told import Told
 
 TIME_S = np.round(np.arange(0, 8.001, 0.01), 9)
 FAULT = Fault("by hand", "by hand", "lost", "imu", 3.0, 4.0, 8.0)
@@ -35,8 +35,8 @@ def made(
     flagged: tuple[tuple[float, float, Flag], ...] = (),
     time_s: Array = TIME_S,
     names: tuple[str, ...] = TILT,
-) -> Errors:
-    """Errors of half a deviation but for some times: begin, end, deviations of the first one."""
+) -> RunErrors:
+    """RunErrors of half a deviation but for some times: begin, end, deviations of the first one."""
     stds = np.full((len(time_s), len(names)), 0.5)
     for begin_s, end_s, size in wrong:
         stds[at(begin_s, end_s, time_s), 0] = size
@@ -45,8 +45,8 @@ def made(
         status[at(begin_s, end_s, time_s)] |= word.value
     for begin_s, end_s, flag in flagged:
         flags[at(begin_s, end_s, time_s), 1] |= np.uint8(flag)
-    told = Told(status, flags, ("accel", "gyro"))
-    return Errors(names, time_s, STD_RAD * stds, stds, told, np.zeros(len(time_s)))
+    told = Said(status, flags, ("accel", "gyro"))
+    return RunErrors(names, time_s, STD_RAD * stds, stds, told, np.zeros(len(time_s)))
 
 
 CLEAN = made()
@@ -199,7 +199,7 @@ def history(values: dict[str, Array], std: float) -> Any:
 def test_errors_go_the_short_way_round_and_numbers_that_are_none_are_infinite() -> None:
     estimate = {"spin_rad": np.array([3.1, -3.1, 0.0, np.nan]), "elevation_rad": np.zeros(4)}
     truth = {"spin_rad": np.array([-3.1, 3.1, 0.2, 0.0]), "elevation_rad": np.zeros(4)}
-    found = Errors.of(history(estimate, 0.01), ("spin_rad", "elevation_rad"), truth)
+    found = RunErrors.of(history(estimate, 0.01), ("spin_rad", "elevation_rad"), truth)
     short = 2 * np.pi - 6.2
     np.testing.assert_allclose(found.errors[:3, 0], [-short, short, -0.2])
     np.testing.assert_allclose(found.stds[:3, 0], [100 * short, 100 * short, 20.0])
@@ -209,5 +209,5 @@ def test_errors_go_the_short_way_round_and_numbers_that_are_none_are_infinite() 
 
 def test_a_claim_of_no_deviation_is_wrong_by_any() -> None:
     values = {"elevation_rad": np.full(3, 1e-9)}
-    found = Errors.of(history(values, 0.0), ("elevation_rad",), {"elevation_rad": np.zeros(3)})
+    found = RunErrors.of(history(values, 0.0), ("elevation_rad",), {"elevation_rad": np.zeros(3)})
     assert np.isinf(found.stds).all()

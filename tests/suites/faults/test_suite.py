@@ -22,7 +22,7 @@ from suites.faults.cells import Bench, bare, run_cell, summary
 from suites.faults.contenders import CONTENDERS, SEEDS, without_watch
 from suites.faults.protocol import SENSORS, faults_for
 from suites.faults.quantities import fault_quantities
-from suites.faults.scoring import Errors, Score, broken
+from suites.faults.scoring import FaultScore, RunErrors, broken
 from suites.faults.suite import SUITE
 from suites.faults.table import Fault, fault_named
 from suites.table import find_suite
@@ -74,14 +74,14 @@ def test_its_claims_speak_of_what_it_finds() -> None:
         each.name
         for key in ("hole, all, 2 s", "1 Hz, all")
         for each in fault_quantities(fault_named(key), score, sees_tip=True)
-    } | {"flags", "lost", "flags on a real pen"}
+    } | {"flags", "lost", "flags on a real recording"}
     for claim in found:
         assert claim.of["quantity"] in quantities
         assert set(claim.of["estimator"]) <= set(CONTENDERS)  # type: ignore[arg-type]
         assert claim.at_most is not None
     limits = {claim.id.split("-", 2)[1]: claim.at_most for claim in found}
     assert [limits[str(n)] for n in range(1, len(found) + 1)] == [
-        *(0.03, 0.05, 0.08, 0.05, 0.05, 0.15, 0.15, 0.0, 0.0, 0.05, 1.0, 0.1, 0.0)
+        *(0.03, 0.05, 0.08, 0.05, 0.05, 0.15, 0.15, 0.0, 0.0, 0.05, 1.0, 0.1, 0.0, 0.0)
     ]
 
 
@@ -143,7 +143,7 @@ def test_a_cell_has_a_score_for_every_seed() -> None:
 
 
 def test_a_summary_takes_a_cell_for_its_worst_seed() -> None:
-    good = Score(0.1, 0.1, 0.0, 0.0, 1, 1, 1, 0, 0, 0, 0)
+    good = FaultScore(0.1, 0.1, 0.0, 0.0, 1, 1, 1, 0, 0, 0, 0)
     bad = replace(good, silent_s=0.3, right_s=2.5)
     found = summary(
         {
@@ -169,31 +169,37 @@ def test_a_fault_free_stream_counts_flags_by_hour_and_sensor(
     assert outcome.samples == 201
 
 
-def test_the_real_pen_runs_where_it_is(tmp_path: Path) -> None:
+def test_real_recordings_run_where_they_are(tmp_path: Path) -> None:
     assert not [each for each in SUITE.tasks(Scope(SEEDS)) if SUITE.reads(each)]
-    (tmp_path / real.FOLDER).mkdir()
+    (tmp_path / "dpoint_pen").mkdir()
     found = [each for each in SUITE.tasks(Scope(SEEDS, str(tmp_path))) if SUITE.reads(each)]
-    assert {SUITE.reads(each) for each in found} == {real.FOLDER}
-    expected = {(s, name) for s in real.SENSORS for name in ("ekf", "mhe-rti", "mhe")}
+    assert {SUITE.reads(each) for each in found} == {"dpoint_pen"}
+    names = ("ekf", "mhe-rti", "mhe")
+    expected = {(s, name) for s in (BOTH, "accel+gyro+camera") for name in names}
     assert {(each.sensors, each.estimator) for each in found} == expected
+    (tmp_path / "isa_imu_array").mkdir()
+    found = [each for each in SUITE.tasks(Scope(SEEDS, str(tmp_path))) if each.case == real.ARRAY]
+    assert Counter(each.estimator for each in found) == dict.fromkeys(names, 8)
     assert not [each for each in SUITE.tasks(Scope(5, str(tmp_path))) if SUITE.reads(each)]
 
 
 @pytest.mark.slow
-def test_what_is_said_of_the_real_pen(data_folder: Path) -> None:
-    outcome = SUITE.run(task(real.CASE, "ekf"), Scope(SEEDS, str(data_folder)))
-    assert set(named(outcome)) == {"flags on a real pen"}
-    assert outcome.samples > 5000
+@pytest.mark.parametrize(("case", "samples"), [(real.DPOINT, 4600), (real.ARRAY, 30600)])
+def test_what_is_said_of_real_recordings(case: str, samples: int, data_folder: Path) -> None:
+    outcome = SUITE.run(task(case, "ekf"), Scope(SEEDS, str(data_folder)))
+    assert outcome.status == OK
+    assert set(named(outcome)) == {"flags on a real recording"}
+    assert outcome.samples == pytest.approx(samples, rel=0.03)
 
 
-def hand_made(case: str, estimator: str, seed: int, score: Score, said: str) -> list[Any]:
+def hand_made(case: str, estimator: str, seed: int, score: FaultScore, said: str) -> list[Any]:
     quantities = fault_quantities(fault_named(case), score, sees_tip=True)
     outcome = Outcome("m", tuple(quantities), 9, 1.0, 1e-5, 1e-5, reason=said)
     return list(result_rows(task(case, estimator, seed=seed), outcome))
 
 
 def test_the_report_shows_the_worst_seed_of_every_cell() -> None:
-    good = Score(0.0, 0.5, 0.0, 0.0, 1, 2.0, 3.0, 0, 0, 0, 0)
+    good = FaultScore(0.0, 0.5, 0.0, 0.0, 1, 2.0, 3.0, 0, 0, 0, 0)
     rows = [
         *hand_made("hole, all, 2 s", "ekf", 0, good, "lost 2 s"),
         *hand_made("hole, all, 2 s", "ekf", 1, replace(good, silent_s=0.7, peak_deg=9.0), ""),
@@ -201,9 +207,10 @@ def test_the_report_shows_the_worst_seed_of_every_cell() -> None:
     ]
     table = pd.DataFrame(rows, columns=list(RESULT_COLUMNS))
     results = Results(table, pd.DataFrame(columns=list(SERIES_COLUMNS)))
-    (shown,) = SUITE.tables(results)
-    assert shown.title == "Every cell of ekf"
-    assert [list(row) for row in shown.rows] == [
+    ((title, _, head, shown),) = SUITE.tables(results)
+    assert title == "Every cell of ekf"
+    assert {len(row) for row in shown} == {len(head)}
+    assert [list(row) for row in shown] == [
         ["hole, all, 2 s", BOTH, "0.7", "0", "9", "3", "nothing"],
         ["stuck, imu, 1 s", BOTH, "0", "never", "2", "3", "stuck 1 s"],
     ]
@@ -218,7 +225,7 @@ def test_errors_are_against_the_motion_at_any_stamp() -> None:
     """Stamps that jitter are judged where they stand: the truth is a function of time."""
     bench = Bench("ekf", BOTH, bare)
     fault: Fault = fault_named("jitter, all, 4 ms, 2 s")
-    errors: Errors = bench.errors(fault, 0)
+    errors: RunErrors = bench.errors(fault, 0)
     assert len(errors.time_s) == 801
     assert not np.array_equal(errors.time_s, bench.clean(0, 8.0).time_s)
     assert np.degrees(np.abs(errors.errors).max()) < 10

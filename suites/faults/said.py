@@ -15,7 +15,7 @@ from models.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
+class Said:
     """What was said.
 
     Parameters
@@ -30,16 +30,16 @@ class Told:
     sensor_names: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, history: EstimateHistory) -> Told:
+    def of(cls, history: EstimateHistory) -> Said:
         """Return what a history says."""
         status = np.array([each.value for each in history.status], dtype=np.int64)
         return cls(status, history.flagged, history.sensor_names)
 
-    def more_than(self, other: Told) -> Told:
+    def more_than(self, other: Said) -> Said:
         """Return what is said here that another never says."""
         never = ~np.bitwise_or.reduce(other.status, initial=0)
         unflagged = ~np.bitwise_or.reduce(other.flagged, axis=0)
-        return Told(self.status & never, self.flagged & unflagged, self.sensor_names)
+        return Said(self.status & never, self.flagged & unflagged, self.sensor_names)
 
     @property
     def anything(self) -> NDArray[np.bool_]:

@@ -18,7 +18,7 @@ from models.units import TIME_DIGITS
 
 
 @dataclass(frozen=True, eq=False)
-class Stream:
+class GivenRows:
     """Readings row by row, in the order in which an estimator gets them.
 
     Parameters
@@ -34,12 +34,12 @@ class Stream:
     arrivals: Mapping[str, Array] = field(default_factory=FrozenMapping)
 
     @classmethod
-    def of(cls, recording: Recording) -> Stream:
+    def of(cls, recording: Recording) -> GivenRows:
         """Return a recording's rows in order of capture."""
         return cls(recording.time_s, recording.readings)
 
     @classmethod
-    def merged(cls, sensors: Mapping[str, tuple[Array, Array]]) -> Stream:
+    def merged(cls, sensors: Mapping[str, tuple[Array, Array]]) -> GivenRows:
         """Return the rows of sensors with stamps (n,) of their own, each of them once."""
         stamps = {name: np.round(times, TIME_DIGITS) for name, (times, _) in sensors.items()}
         time_s = np.unique(np.concatenate(list(stamps.values())))
@@ -58,16 +58,16 @@ class Stream:
         """Return the rows in which a sensor has a reading."""
         return np.flatnonzero(has_reading(self.readings[name]))
 
-    def changed(self, name: str, rows: NDArray[np.int64], values: Array) -> Stream:
+    def changed(self, name: str, rows: NDArray[np.int64], values: Array) -> GivenRows:
         """Return the same but for some readings of a sensor, (k, n_y) in k rows."""
         whole = self.readings[name].copy()
         whole[rows] = values
-        return Stream(self.time_s, {**self.readings, name: whole})
+        return GivenRows(self.time_s, {**self.readings, name: whole})
 
-    def taken(self, rows: NDArray[np.int64]) -> Stream:
+    def taken(self, rows: NDArray[np.int64]) -> GivenRows:
         """Return some rows, in the order given."""
         readings = {name: values[rows] for name, values in self.readings.items()}
-        return Stream(self.time_s[rows], readings)
+        return GivenRows(self.time_s[rows], readings)
 
     def stacked(self, model: StateSpaceModel) -> tuple[Array, Array]:
         """Return stamps (n,) and what a model's estimator is given of each row, (n, n_row)."""
