@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimation.estimate import EstimateHistory
+from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import BatchEstimator
 from estimation.inputs import with_inputs
+from estimation.recording import Measurement
 from estimation.status import Status
 from estimation.watch.livelier import LEVELS, Levels
 from estimation.watch.past import Row
 from estimation.watch.reach import Reach
-from estimation.watch.state import WatchState
+from estimation.watch.state import WatchState, changed
 from estimation.watch.statistics import NEVER_CALMER, Calmer, Statistics
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -42,16 +43,19 @@ class CleanRows:
         self._model, self._levels, self._statistics = model, levels, statistics
         self._reach, self._replay_s = reach, replay_s
         self._sensor_names = tuple(sensor.name for sensor in model.sensors)
+        self._is_batch = isinstance(levels[0], BatchEstimator)
+        self._nothing = np.zeros(len(self._sensor_names), dtype=np.uint8)
+        self._nothing.flags.writeable = False
 
     def may_take(self, state: WatchState) -> bool:
         """Whether nothing is left out, lost or doubted."""
         return (
-            isinstance(self._levels[0], BatchEstimator)
+            self._is_batch
             and state.time_s is not None
             and not (state.out or state.is_lost or state.is_unexplained or state.tried)
-            and np.isinf(state.alarm_s)
+            and state.alarm_s == np.inf
             and state.time_s >= max(state.calm_s, state.quiet_s)
-            and not (state.doubted_s > state.time_s).any()
+            and not state.time_s < state.spoken_s
         )
 
     def taken(
@@ -98,6 +102,38 @@ class CleanRows:
             sensor_names=self._sensor_names,
             flagged=np.zeros((count, len(self._sensor_names)), dtype=np.uint8),
         )
+
+    def one(self, state: WatchState, time_s: float, y: Array) -> tuple[WatchState, Estimate] | None:
+        """Take a row, as `taken` does; None where a step has to look at it."""
+        assert state.time_s is not None
+        reach, components = self._reach, self._reach.components
+        known, gap_s = state.known[components], time_s - state.time_s
+        if gap_s < 0 or (gap_s > GAP_S and known.any()):
+            return None
+        if (known & (state.std[components] >= reach.found[components])).any():
+            return None
+        [given] = self._with_inputs(state, y[None])
+        estimator: Any = self._levels[state.level]
+        inner, estimate = estimator.step(state.inner, Measurement(time_s, given))
+        std = estimate.state.std
+        if (known & (std[components] > reach.lost[components])).any():
+            return None
+        memory = state.memory.copy()
+        rows = (np.array([time_s]), y[None], estimate.innovation[None])
+        S = estimate.innovation_covariance[None]
+        if not self._statistics.clean(memory, state.time_s, *rows, S, _calmer(state)):
+            return None
+        past = state.past.after((Row(time_s, given, NONE_DROPPED),))
+        if past.is_due():
+            past = past.anchored(inner, time_s, self._replay_s)
+        after = changed(state, inner=inner, memory=memory, past=past, std=std, time_s=time_s)
+        found = std[components] < reach.found[components]
+        if (found & ~known).any():
+            whole = state.known.copy()
+            whole[components] |= found
+            after = replace(after, known=whole)
+        status = estimate.status | Status.LIVELIER if state.level else estimate.status
+        return after, changed(estimate, status=status, flagged=self._nothing)
 
     def _count(
         self, state: WatchState, time_s: Array, y: Array, history: EstimateHistory

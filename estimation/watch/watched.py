@@ -26,7 +26,7 @@ from estimation.watch.past import Anchor, Past, Row
 from estimation.watch.reach import Reach
 from estimation.watch.replay import FITS, Replayed, Replays
 from estimation.watch.state import LeftOut, WatchState
-from estimation.watch.statistics import Flat, Statistics
+from estimation.watch.statistics import REPEATED, Flat, Statistics
 from models.arrays import Array
 from models.given_prior import Prior
 
@@ -39,7 +39,7 @@ ONSET_ROWS = 4
 QUIET_S = 0.3
 """So long no second alarm is followed."""
 SPOKEN_S = 1.0
-"""So long a sensor is flagged whose bias was freed."""
+"""So long a sensor is flagged whose bias was freed, or that has just been taken back."""
 FREED_AGAIN_S = 4.0
 """So long a bias is not freed again."""
 RETURN_S, RETURNS = 1.0, 0.6
@@ -50,6 +50,8 @@ FREED_TRIES = 4
 """Each so manieth time its bias may be anything, and the state is begun again."""
 FORGIVEN_S = 10.0
 """A sensor that has been right for so long has never been blamed."""
+SETTLING = 3
+"""Passes over a window that begins again, behind its first."""
 SHORTEST_CHUNK = 16
 """Rows of the first chunk behind something that was found."""
 
@@ -94,16 +96,30 @@ class Watched:
 
     def step(self, state: WatchState, measurement: Measurement) -> tuple[WatchState, Estimate]:
         """Take one measurement; return the new state and the estimate x_k|k."""
+        if self._clean.may_take(state):
+            taken = self._clean.one(state, float(measurement.time_s), measurement.y)
+            if taken is not None:
+                return taken
+        return self._looked_at(state, measurement)
+
+    def _looked_at(
+        self, state: WatchState, measurement: Measurement
+    ) -> tuple[WatchState, Estimate]:
+        """Take a measurement in which something stands out, or behind one."""
         t, y = float(measurement.time_s), self._with_inputs(state, measurement.y)
         is_late = state.time_s is not None and t < state.time_s
         if state.time_s is None:
             state = replace(state, calm_s=t + CALM_S)
+        begun = state.past.anchors
         if not is_late and self._may_be_lost(state, t):
             state = self._restarted(state, t, y)
+        is_begun = state.past.anchors is not begun
         state = replace(state, memory=state.memory.copy(), time_s=state.time_s if is_late else t)
         stuck = [] if is_late else self._statistics.repeats(state.memory, t, y)
         dropped = frozenset(stuck) - state.left_out
         state, estimate, outliers = self._taken(state, t, y, dropped)
+        if is_begun and estimate.window is not None:
+            state, estimate = self._settled(state, t, y, estimate)
         state = replace(
             state, past=state.past.after((Row(t, y, dropped | outliers),)), std=estimate.state.std
         )
@@ -115,7 +131,8 @@ class Watched:
         if state.past.is_due() and not is_late:
             past = state.past.anchored(state.inner, t, self.config.replay_s)
             state = replace(state, past=past)
-        return state, self._told(state, t, estimate, frozenset(stuck), outliers)
+        told = self._told(state, t, estimate, frozenset(stuck), outliers)
+        return state, replace(told, status=told.status | Status.LOST) if is_begun else told
 
     def _with_inputs(self, state: WatchState, y: Array) -> Array:
         if not self.model.n_u:
@@ -177,6 +194,24 @@ class Watched:
         self._statistics.count_outliers(state.memory, far, outliers)
         return replace(state, inner=inner), estimate, outliers
 
+    def _settled(
+        self, state: WatchState, t: float, y: Array, estimate: Estimate
+    ) -> tuple[WatchState, Estimate]:
+        """Pass over a window that has just begun again: far from where it was linearised."""
+        inner, empty = state.inner, y.copy()
+        empty[: self.model.n_y] = np.nan
+        for _ in range(SETTLING):
+            inner, again = self._levels[state.level].step(inner, Measurement(t, empty))
+        settled = replace(
+            estimate,
+            state=again.state,
+            window=again.window,
+            lagged=again.lagged,
+            derived=again.derived,
+            derived_std=again.derived_std,
+        )
+        return replace(state, inner=inner), settled
+
     def _tried_again(
         self, state: WatchState, t: float, estimate: Estimate
     ) -> tuple[WatchState, Estimate]:
@@ -222,8 +257,11 @@ class Watched:
             scores[i] = 0.0
         if max(scores) > 1 and t < state.alarm_s and self._waits(state):
             return self._waiting(state, t), estimate
-        if max(scores) <= 1 and t >= state.alarm_s and state.level > 0:
-            return replace(state, alarm_s=np.inf), estimate  # a burst of what is livelier anyway
+        is_burst = max(scores) <= 1 or (
+            state.level + 1 == self._levels.count and self._waits(state)
+        )
+        if is_burst and t >= state.alarm_s and state.level > 0:
+            return replace(state, alarm_s=np.inf), estimate  # of what is livelier anyway
         if max(scores) <= 1 and t < state.alarm_s:
             if state.is_unexplained and max(scores) < FITS:
                 state = replace(state, is_unexplained=False)
@@ -293,9 +331,10 @@ class Watched:
         for i in hypothesis.freed:
             freed[i], doubted[i] = t, t + SPOKEN_S
         memory = found.memory.copy()
-        for block in ("last", "before_last", "repeats", "repeated_s"):
+        for block in REPEATED:
             view = self._statistics.layout.view
             view(memory, block)[:] = view(state.memory, block)
+        doubted[list(state.left_out - hypothesis.left_out)] = t + SPOKEN_S
         out = [each for each in state.out if each.sensor in hypothesis.left_out]
         for i in sorted(hypothesis.left_out - state.left_out):
             last_s, wait_s = blamed[i]
@@ -432,7 +471,8 @@ class Watched:
                     size = min(2 * size, BATCH_STEPS)
                 if done < rows.stop:
                     began = time.perf_counter()
-                    after, estimate = self.step(after, Measurement(float(time_s[done]), y[done]))
+                    row = Measurement(float(time_s[done]), y[done])
+                    after, estimate = self._looked_at(after, row)
                     times.append(time.perf_counter() - began)
                     estimates.append(estimate)
                     done, size = done + 1, SHORTEST_CHUNK
