@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import repeat
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,13 @@ from estimation.estimator import BatchEstimator
 from estimation.inputs import with_inputs
 from estimation.recording import Measurement
 from estimation.status import Status
+from estimation.watch.asked import NEVER_CALMER, Calmer, Known
 from estimation.watch.livelier import LEVELS, Levels
 from estimation.watch.past import Row
+from estimation.watch.quiet import Quiet
 from estimation.watch.reach import Reach
 from estimation.watch.state import WatchState, changed
-from estimation.watch.statistics import NEVER_CALMER, Calmer, Statistics
+from estimation.watch.statistics import Statistics
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
@@ -40,22 +42,49 @@ class CleanRows:
         reach: Reach,
         replay_s: float,
     ) -> None:
-        self._model, self._levels, self._statistics = model, levels, statistics
+        self._model, self._levels, self._quiet = model, levels, Quiet(statistics)
         self._reach, self._replay_s = reach, replay_s
+        self._components = reach.components
+        self._limit = np.full(model.n_x, np.nan)
+        self._limit[reach.components] = reach.found[reach.components]
+        self._none_flagged = np.zeros(len(model.sensors), dtype=np.uint8)
+        self._none_flagged.flags.writeable = False
         self._sensor_names = tuple(sensor.name for sensor in model.sensors)
-        self._is_batch = isinstance(levels[0], BatchEstimator)
-        self._nothing = np.zeros(len(self._sensor_names), dtype=np.uint8)
-        self._nothing.flags.writeable = False
 
     def may_take(self, state: WatchState) -> bool:
         """Whether nothing is left out, lost or doubted."""
+        newest_s = state.time_s
         return (
-            self._is_batch
-            and state.time_s is not None
+            newest_s is not None
             and not (state.out or state.is_lost or state.is_unexplained or state.tried)
-            and state.alarm_s == np.inf
-            and state.time_s >= max(state.calm_s, state.quiet_s)
-            and not state.time_s < state.spoken_s
+            and state.alarm_s == math.inf
+            and newest_s >= state.calm_s
+            and newest_s >= state.quiet_s
+            and newest_s >= state.spoken_s
+        )
+
+    def one(self, state: WatchState, time_s: float, y: Array) -> tuple[WatchState, Estimate] | None:
+        """Take one row; None where a step has to look at it.
+
+        A live estimator calls this at each of its steps: no work here that C can do.
+        """
+        newest_s = state.time_s
+        if newest_s is None or not 0 <= time_s - newest_s <= GAP_S or self._model.n_u:
+            return None
+        inner, estimate = self._levels[state.level].step(state.inner, Measurement(time_s, y))
+        v, S = estimate.innovation, estimate.innovation_covariance
+        known = Known(self._limit, state.known, state.std, estimate.state.covariance)
+        found = self._quiet.one(state.memory, time_s, y, v, S, _calmer(state), known)
+        if found is None:
+            return None
+        memory, std = found
+        past = state.past.after((Row(time_s, y.copy(), NONE_DROPPED),))
+        if past.is_due():
+            past = past.anchored(inner, time_s, self._replay_s)
+        status = estimate.status | Status.LIVELIER if state.level else estimate.status
+        return (
+            changed(state, inner=inner, memory=memory, past=past, std=std, time_s=time_s),
+            changed(estimate, status=status, flagged=self._none_flagged),
         )
 
     def taken(
@@ -67,7 +96,9 @@ class CleanRows:
         ----------
         time_s, y, covariances : see `estimation.watch.watched.Watched.batch`
         """
-        estimator: Any = self._levels[state.level]
+        estimator = self._levels[state.level]
+        if not isinstance(estimator, BatchEstimator):
+            return state, None
         inner, history = estimator.batch(state.inner, time_s, y, covariances=True)
         count, memory, known = self._count(state, time_s, y, history)
         if count == 0:
@@ -103,44 +134,12 @@ class CleanRows:
             flagged=np.zeros((count, len(self._sensor_names)), dtype=np.uint8),
         )
 
-    def one(self, state: WatchState, time_s: float, y: Array) -> tuple[WatchState, Estimate] | None:
-        """Take a row, as `taken` does; None where a step has to look at it."""
-        assert state.time_s is not None
-        reach, components = self._reach, self._reach.components
-        known, gap_s = state.known[components], time_s - state.time_s
-        if gap_s < 0 or (gap_s > GAP_S and known.any()):
-            return None
-        if (known & (state.std[components] >= reach.found[components])).any():
-            return None
-        [given] = self._with_inputs(state, y[None])
-        estimator: Any = self._levels[state.level]
-        inner, estimate = estimator.step(state.inner, Measurement(time_s, given))
-        std = estimate.state.std
-        if (known & (std[components] > reach.lost[components])).any():
-            return None
-        memory = state.memory.copy()
-        rows = (np.array([time_s]), y[None], estimate.innovation[None])
-        S = estimate.innovation_covariance[None]
-        if not self._statistics.clean(memory, state.time_s, *rows, S, _calmer(state)):
-            return None
-        past = state.past.after((Row(time_s, given, NONE_DROPPED),))
-        if past.is_due():
-            past = past.anchored(inner, time_s, self._replay_s)
-        after = changed(state, inner=inner, memory=memory, past=past, std=std, time_s=time_s)
-        found = std[components] < reach.found[components]
-        if (found & ~known).any():
-            whole = state.known.copy()
-            whole[components] |= found
-            after = replace(after, known=whole)
-        status = estimate.status | Status.LIVELIER if state.level else estimate.status
-        return after, changed(estimate, status=status, flagged=self._nothing)
-
     def _count(
         self, state: WatchState, time_s: Array, y: Array, history: EstimateHistory
     ) -> tuple[int, Array, NDArray[np.bool_]]:
         """Return how many rows need no look, and the statistics and what is known behind them."""
         assert state.time_s is not None
-        components = self._reach.components
+        components = self._components
         stds = np.vstack([state.std[components], history.std[:, components]])
         is_found = stds < self._reach.found[components]
         known = np.logical_or.accumulate(np.vstack([state.known[components], is_found[1:]]))
@@ -154,7 +153,7 @@ class CleanRows:
         most = int(looked_at[0]) if len(looked_at) else len(time_s)
         memory, rows = state.memory.copy(), slice(most)
         v, S = history.innovation, history.innovation_covariance
-        count = self._statistics.clean(
+        count = self._quiet.clean(
             memory, state.time_s, time_s[rows], y[rows], v[rows], S[rows], _calmer(state)
         )
         whole = state.known.copy()

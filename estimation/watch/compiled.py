@@ -5,18 +5,20 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Mapping
 from importlib import resources
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from estimation.machine import Machine, address, declared
 from estimation.native import LOOPS, STRICT, CSource, shared_libraries
+from estimation.watch.asked import Calmer, Known
+from estimation.watch.statistics import LIVELIER, REPEATS_S, Statistics
 from models.arrays import Array
 
-if TYPE_CHECKING:
-    from estimation.watch.statistics import Calmer, Statistics
-
 SOURCE = "statistics.c"
+CONSTANTS: Mapping[str, float] = MappingProxyType({"REPEATS_S": REPEATS_S, "LIVELIER": LIVELIER})
+"""Macros of it."""
 
 
 def statistics_fields(statistics: Statistics) -> dict[str, Any]:
@@ -68,20 +70,24 @@ def statistics_fields(statistics: Statistics) -> dict[str, Any]:
 class CompiledStatistics:
     """statistics.c for the sensors of a model, with a workspace of its own: one per thread."""
 
-    def __init__(self, statistics: Statistics, constants: Mapping[str, float]) -> None:
+    def __init__(self, statistics: Statistics) -> None:
         self._machine = machine = Machine()
         offsets = statistics.layout.offsets()
         fields = {"watch": offsets, **statistics_fields(statistics)}
         structure = machine.structure("Statistics", fields)
         text = (resources.files("estimation.watch") / SOURCE).read_text("utf-8")
-        parts = [*declared(constants, [type(offsets), type(structure)]), text]
+        parts = [*declared(CONSTANTS, [type(offsets), type(structure)]), text]
         [path] = shared_libraries([CSource("\n".join(parts), (*STRICT, *LOOPS))])
         self._library = ctypes.CDLL(str(path))
         pointer, real, integer = ctypes.c_void_p, ctypes.c_double, ctypes.c_longlong
         self._clean = self._library["watch_clean"]
         self._clean.argtypes = [pointer, pointer, real, integer, *[pointer] * 4, *[real] * 3]
         self._clean.restype = integer
-        self._self = ctypes.addressof(structure)
+        self._one = self._library["watch_one"]
+        places, numbers = [pointer] * 3, [real] * 3
+        self._one.argtypes = [*places, real, *places, integer, *places, pointer, pointer, *numbers]
+        self._one.restype = integer
+        self._self, self._size = ctypes.addressof(structure), statistics.layout.size
 
     def clean(
         self,
@@ -93,7 +99,7 @@ class CompiledStatistics:
         S: Array,
         calmer: Calmer,
     ) -> int:
-        """See `estimation.watch.statistics.Statistics.clean`."""
+        """See `estimation.watch.quiet.Quiet.clean`."""
         arrays = [np.ascontiguousarray(each) for each in (time_s, y, v, S)]
         found: int = self._clean(
             self._self,
@@ -104,3 +110,35 @@ class CompiledStatistics:
             *calmer,
         )
         return found
+
+    def one(
+        self,
+        memory: Array,
+        time_s: float,
+        y: Array,
+        v: Array,
+        S: Array,
+        calmer: Calmer,
+        known: Known,
+    ) -> tuple[Array, Array] | None:
+        """See `estimation.watch.quiet.Quiet.one`; arrays contiguous."""
+        n_x = len(known.limit)
+        after, std = np.empty(self._size), np.empty(n_x)
+        is_known: Any = known.known
+        is_clean = self._one(
+            self._self,
+            address(memory),
+            address(after),
+            time_s,
+            address(y),
+            address(v),
+            address(S),
+            n_x,
+            address(known.covariance),
+            address(known.limit),
+            address(is_known),
+            address(known.std),
+            address(std),
+            *calmer,
+        )
+        return (after, std) if is_clean else None

@@ -177,6 +177,29 @@ static int is_calm(const Statistics *s, const real *memory, real factor)
     return 1;
 }
 
+/* As `watch_clean`, one instant that is not late, of n_x states: from one memory to another. Returns
+ * whether nothing stands out, and each state with a limit is known where it was, and only there. */
+integer watch_one(const Statistics *s, const real *before, real *memory, real time_s,
+                  const real *y, const real *v, const real *S, integer n_x, const real *P,
+                  const real *limit, const unsigned char *known, const real *std_before, real *std,
+                  real since_s, real after_s, real factor);
+integer watch_one(const Statistics *s, const real *before, real *memory, real time_s,
+                  const real *y, const real *v, const real *S, integer n_x, const real *P,
+                  const real *limit, const unsigned char *known, const real *std_before, real *std,
+                  real since_s, real after_s, real factor)
+{
+    int is_sure = 1;
+    for (integer i = 0; i < n_x; i++) {
+        std[i] = sqrt(P[i * n_x + i]);
+        if (isnan(limit[i])) continue;
+        is_sure = is_sure && (std[i] < limit[i]) == known[i] && (std_before[i] < limit[i]) == known[i];
+    }
+    if (!is_sure) return 0;
+    memcpy(memory, before, (size_t)s->watch.size * sizeof(real));
+    return is_clean(s, memory, 0, time_s, y, v, S)
+           && !(factor > 0 && !(time_s - since_s < after_s) && is_calm(s, memory, factor));
+}
+
 /* Take n instants up to the first in which something stands out; returns how many. With a factor
  * above 0 calm does, too, after so long. */
 integer watch_clean(const Statistics *s, real *memory, real newest_s, integer n,

@@ -20,13 +20,10 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from estimation.chosen import chosen
 from estimation.layout import Layout
-from estimation.watch.compiled import CompiledStatistics
 from estimation.watch.limits import MEASURES, WINDOWS_S, SensorLimits
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -43,20 +40,6 @@ REPEATED = ("last", "before_last", "repeats", "repeated_s", "same")
 """Blocks that only readings change, not what was made of them."""
 REPEATS_S = 0.5
 """Between two repeats that count together."""
-
-
-class Calmer(NamedTuple):
-    """When a motion counts as calmer: after so long since an instant, with a factor on energies.
-
-    A factor of 0 is never.
-    """
-
-    since_s: float
-    after_s: float
-    factor: float
-
-
-NEVER_CALMER = Calmer(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -114,10 +97,6 @@ class Statistics:
         )
         self._start = {name: part.start for name, part in self.layout.slices.items()}
         self._n_r = model.n_r
-        self._compiled = chosen(
-            lambda: CompiledStatistics(self, {"REPEATS_S": REPEATS_S, "LIVELIER": LIVELIER}),
-            lambda: None,
-        )
 
     def first(self) -> Array:
         """Return what is remembered before any sample, (layout.size,)."""
@@ -304,71 +283,6 @@ class Statistics:
             if x.index not in left_out
             and any(values[x.index][w] > x.limits.limit[w] for w in range(windows, 2 * windows))
         ]
-
-    def clean(
-        self,
-        memory: Array,
-        newest_s: float,
-        time_s: Array,
-        y: Array,
-        v: Array,
-        S: Array,
-        calmer: Calmer = NEVER_CALMER,
-    ) -> int:
-        """Take instants into `memory` up to the first in which something stands out.
-
-        That is a sensor that is stuck, an outlier, a score above 1, or that all would be usual in a
-        calmer motion. Returns how many they are.
-
-        Parameters
-        ----------
-        newest_s : the newest instant before
-        time_s, y : (n,), (n, n_row)
-        v, S : (n, n_r), (n, n_r, n_r) of the estimates
-        """
-        if self._compiled is not None:
-            return self._compiled.clean(memory, newest_s, time_s, y, v, S, calmer)
-        now = memory.tolist()
-        rows = zip(time_s.tolist(), y.tolist(), v.tolist(), S.tolist(), strict=True)
-        for k, (t, *row) in enumerate(rows):
-            before = now.copy()
-            if not self._is_clean(now, t < newest_s, t, *row) or (
-                calmer.factor > 0
-                and not t - calmer.since_s < calmer.after_s
-                and self.is_calm(now, calmer.factor)
-            ):
-                memory[:] = before
-                return k
-            newest_s = max(newest_s, t)
-        memory[:] = now
-        return len(time_s)
-
-    def _is_clean(
-        self,
-        memory: list[float],
-        is_late: bool,
-        t: float,
-        y: Numbers,
-        v: Numbers,
-        S: Sequence[Numbers],
-    ) -> bool:
-        if not is_late and self.repeats(memory, t, y):
-            return False
-        z, far = self.distances(v, S)
-        if self.outliers(memory, far):
-            return False
-        self.take(memory, z)
-        self.count_outliers(memory, far, ())
-        return not max(self.scores(memory)) > 1
-
-    def is_calm(self, memory: Numbers, factor: float) -> bool:
-        """Whether all inertial sensors would be usual, were their energy larger by a factor."""
-        values = self.values(memory)
-        return all(
-            factor * values[each.index][-1] <= each.limits.usual[-1]
-            for each in self.sensors
-            if each.is_inertial
-        )
 
     def forget(self, memory: Array, sensor: int) -> None:
         """Forget a sensor's samples, its repeats aside."""

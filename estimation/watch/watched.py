@@ -136,7 +136,7 @@ class Watched:
 
     def _with_inputs(self, state: WatchState, y: Array) -> Array:
         if not self.model.n_u:
-            return y
+            return y.copy()  # it is kept, and whoever gave it may write the next one there
         rows = state.past.rows
         return with_inputs(self.model, rows[-1].y[self.model.n_y :] if rows else None, y)
 

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import estimation.native
+from estimation.watch.asked import NEVER_CALMER, Calmer, Known
 from estimation.watch.limits import limits_of
-from estimation.watch.statistics import NEVER_CALMER, Calmer, Statistics
+from estimation.watch.quiet import Quiet
+from estimation.watch.statistics import Statistics
 from models.arrays import Array
 from models.pen import pen_model
 from models.state_space import StateSpaceModel
@@ -24,11 +26,14 @@ CHOICES = (
 )
 
 
-def both(model: StateSpaceModel, monkeypatch: pytest.MonkeyPatch) -> tuple[Statistics, Statistics]:
-    compiled = Statistics(model, limits_of(model))
+def both(
+    model: StateSpaceModel, monkeypatch: pytest.MonkeyPatch
+) -> tuple[Statistics, Quiet, Quiet]:
+    statistics = Statistics(model, limits_of(model))
+    compiled = Quiet(statistics)
     with monkeypatch.context() as patch:
         patch.setattr(estimation.native, "compiler", lambda: None)
-        return compiled, Statistics(model, limits_of(model))
+        return statistics, compiled, Quiet(statistics)
 
 
 def stream(model: StateSpaceModel, seed: int) -> tuple[Array, Array, Array, Array]:
@@ -49,12 +54,14 @@ def stream(model: StateSpaceModel, seed: int) -> tuple[Array, Array, Array, Arra
     return time_s, y, v, S
 
 
-def taken(statistics: Statistics, rows: Sequence[Array], calmer: Calmer) -> tuple[list[int], Array]:
+def taken(
+    statistics: Statistics, quiet: Quiet, rows: Sequence[Array], calmer: Calmer
+) -> tuple[list[int], Array]:
     """Return how many rows each call took, one row left out behind each, and all memories."""
     memory, at, newest_s = statistics.first(), 0, -np.inf
     counts, memories = list[int](), list[Array]()
     while at < N:
-        count = statistics.clean(memory, newest_s, *(each[at:] for each in rows), calmer)
+        count = quiet.clean(memory, newest_s, *(each[at:] for each in rows), calmer)
         newest_s = max([newest_s, *rows[0][at : at + count + 1].tolist()])
         counts.append(count)
         memories.append(memory.copy())
@@ -71,12 +78,12 @@ def test_to_the_last_bit(
     sensors: tuple[str, ...], calmer: Calmer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pen = "dpoint" if "contact" in sensors else "reference"
-    compiled, interpreted = both(pen_model(pen, sensors), monkeypatch)
+    statistics, compiled, interpreted = both(pen_model(pen, sensors), monkeypatch)
     seen = list[int]()
     for seed in range(3):
-        rows = stream(compiled.model, seed)
-        counts, memories = taken(compiled, rows, calmer)
-        expected, same = taken(interpreted, rows, calmer)
+        rows = stream(statistics.model, seed)
+        counts, memories = taken(statistics, compiled, rows, calmer)
+        expected, same = taken(statistics, interpreted, rows, calmer)
         assert counts == expected
         np.testing.assert_array_equal(memories, same)
         seen += counts
@@ -85,19 +92,45 @@ def test_to_the_last_bit(
 
 
 def test_what_stands_out_ends_it_and_leaves_no_trace(monkeypatch: pytest.MonkeyPatch) -> None:
-    compiled, _ = both(pen_model("reference", CHOICES[0]), monkeypatch)
+    statistics, compiled, _ = both(pen_model("reference", CHOICES[0]), monkeypatch)
     rng = np.random.default_rng(1)
-    model = compiled.model
+    model = statistics.model
     time_s, y = 0.01 * np.arange(20), rng.normal(size=(20, model.n_row))
     v, S = 0.1 * rng.normal(size=(20, model.n_r)), np.tile(np.eye(model.n_r), (20, 1, 1))
-    whole, part = compiled.first(), compiled.first()
+    whole, part = statistics.first(), statistics.first()
     assert compiled.clean(whole, -np.inf, time_s, y, v, S) == 20
     v[12, 0] = 100.0
     assert compiled.clean(part, -np.inf, time_s, y, v, S) == 12
-    again = compiled.first()
+    again = statistics.first()
     assert compiled.clean(again, -np.inf, time_s[:12], y[:12], v[:12], S[:12]) == 12
     np.testing.assert_array_equal(part, again)
     y[5, :3] = y[4, :3]
     y[6, :3] = y[4, :3]
-    count = compiled.clean(compiled.first(), -np.inf, time_s, y, v, S)
+    count = compiled.clean(statistics.first(), -np.inf, time_s, y, v, S)
     assert count in (5, 6), "an accelerometer that repeats itself twice is stuck"
+
+
+def test_one_instant_is_a_chunk_of_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In C and in Python; what is known, or not any more, is looked at first."""
+    statistics, compiled, interpreted = both(pen_model("reference", CHOICES[0]), monkeypatch)
+    n_x, rng = statistics.model.n_x, np.random.default_rng(4)
+    limit = np.where(np.arange(n_x) % 3 == 0, 1.0, np.nan)
+    time_s, y, v, S = stream(statistics.model, 5)
+    in_c, in_python, quiet = statistics.first(), statistics.first(), 0
+    for k in range(N):
+        std = rng.uniform(0.1, 0.9, n_x) + (rng.random(n_x) < 0.01)
+        known = Known(limit, std < 1.0, rng.uniform(0.1, 0.9, n_x), np.diag(std**2))
+        if k % 7 == 0:
+            known = known._replace(known=rng.random(n_x) < 0.5)
+        row = time_s[k], y[k], v[k], S[k], NEVER_CALMER, known
+        found, expected = compiled.one(in_c, *row), interpreted.one(in_python, *row)
+        assert (found is None) == (expected is None)
+        if found is None or expected is None:
+            continue
+        for one, other in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(one, other)
+        chunk = in_c.copy()
+        assert compiled.clean(chunk, -np.inf, *(each[k : k + 1] for each in (time_s, y, v, S)))
+        np.testing.assert_array_equal(chunk, found[0])
+        (in_c, _), (in_python, _), quiet = found, expected, quiet + 1
+    assert N / 4 < quiet < N

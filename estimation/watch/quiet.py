@@ -1,0 +1,110 @@
+"""Instants in which nothing stands out: many, or one, in a call of C where there is a compiler."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from estimation.chosen import chosen
+from estimation.watch.asked import NEVER_CALMER, Calmer, Known
+from estimation.watch.compiled import CompiledStatistics
+from estimation.watch.statistics import Numbers, Statistics
+from models.arrays import Array
+
+
+class Quiet:
+    """Takes instants into the memory of statistics, as far as nothing stands out."""
+
+    def __init__(self, statistics: Statistics) -> None:
+        self._statistics = statistics
+        self._compiled = chosen(lambda: CompiledStatistics(statistics), lambda: None)
+
+    def clean(
+        self,
+        memory: Array,
+        newest_s: float,
+        time_s: Array,
+        y: Array,
+        v: Array,
+        S: Array,
+        calmer: Calmer = NEVER_CALMER,
+    ) -> int:
+        """Take instants into `memory` up to the first in which something stands out.
+
+        That is a sensor that is stuck, an outlier, a score above 1, or that all would be usual in a
+        calmer motion. Returns how many they are.
+
+        Parameters
+        ----------
+        newest_s : the newest instant before
+        time_s, y : (n,), (n, n_row)
+        v, S : (n, n_r), (n, n_r, n_r) of the estimates
+        """
+        if self._compiled is not None:
+            return self._compiled.clean(memory, newest_s, time_s, y, v, S, calmer)
+        now = memory.tolist()
+        rows = zip(time_s.tolist(), y.tolist(), v.tolist(), S.tolist(), strict=True)
+        for k, (t, *row) in enumerate(rows):
+            before = now.copy()
+            if not self._is_clean(now, t < newest_s, t, *row) or (
+                calmer.factor > 0
+                and not t - calmer.since_s < calmer.after_s
+                and self.is_calm(now, calmer.factor)
+            ):
+                memory[:] = before
+                return k
+            newest_s = max(newest_s, t)
+        memory[:] = now
+        return len(time_s)
+
+    def one(
+        self,
+        memory: Array,
+        time_s: float,
+        y: Array,
+        v: Array,
+        S: Array,
+        calmer: Calmer,
+        known: Known,
+    ) -> tuple[Array, Array] | None:
+        """Return what is remembered behind one instant, not late, and the deviations (n_x,).
+
+        None where something stands out, or what is known changes; see `clean`.
+        """
+        if self._compiled is not None:
+            return self._compiled.one(memory, time_s, y, v, S, calmer, known)
+        std, after = np.sqrt(known.covariance.diagonal()), memory.copy()
+        asked = ~np.isnan(known.limit)
+        for each in (std, known.std):
+            if ((each < known.limit) != known.known)[asked].any():
+                return None
+        rows = np.array([time_s]), y[None], v[None], S[None]
+        return (after, std) if self.clean(after, time_s, *rows, calmer) else None
+
+    def _is_clean(
+        self,
+        memory: list[float],
+        is_late: bool,
+        t: float,
+        y: Numbers,
+        v: Numbers,
+        S: Sequence[Numbers],
+    ) -> bool:
+        if not is_late and self._statistics.repeats(memory, t, y):
+            return False
+        z, far = self._statistics.distances(v, S)
+        if self._statistics.outliers(memory, far):
+            return False
+        self._statistics.take(memory, z)
+        self._statistics.count_outliers(memory, far, ())
+        return not max(self._statistics.scores(memory)) > 1
+
+    def is_calm(self, memory: Numbers, factor: float) -> bool:
+        """Whether all inertial sensors would be usual, were their energy larger by a factor."""
+        values = self._statistics.values(memory)
+        return all(
+            factor * values[each.index][-1] <= each.limits.usual[-1]
+            for each in self._statistics.sensors
+            if each.is_inertial
+        )
