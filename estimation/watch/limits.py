@@ -12,6 +12,7 @@ from importlib import resources
 import numpy as np
 from scipy.stats import chi2
 
+from models.arrays import Array
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 
@@ -23,6 +24,8 @@ USUAL_RATE_HZ = 100.0
 OUTLIER_PROBABILITY = 1 - 1e-7
 OUTLIERS_S, FEWEST_OUTLIERS = 0.08, 4
 """How long, and how many, outliers in a row make an alarm."""
+FEWEST_SAME = 6
+"""Of an axis alone: a sensor at rest is often quieter than its pen file says."""
 FALSE_STUCK_S = 3600.0
 """Between two alarms of a sensor that repeats itself by chance, s."""
 CHANCE, MARGIN = 1e-9, 1.6
@@ -38,6 +41,7 @@ class SensorLimits:
     weights : of a sample in each window
     squared : largest d² of 1, 2, … rows that is no outlier
     outliers : so many in a row are an alarm
+    same : so many samples in a row that one axis repeats are an alarm; inf is none
     repeats : so many within `REPEATS_S` of each other are an alarm; 0 is none, however many
     usual, limit : of `MEASURES`; the largest of clean data, and those that are an alarm
     """
@@ -46,6 +50,7 @@ class SensorLimits:
     squared: tuple[float, ...]
     outliers: int
     repeats: int
+    same: float
     usual: tuple[float, ...]
     limit: tuple[float, ...]
 
@@ -72,6 +77,7 @@ def _limits(sensor: SensorModel) -> SensorLimits:
         squared=squared,
         outliers=max(FEWEST_OUTLIERS, round(OUTLIERS_S * rate_hz)),
         repeats=_repeats(sensor, rate_hz),
+        same=_same(sensor, rate_hz),
         usual=usual,
         limit=tuple(known["limit"]) if known else tuple(MARGIN * each for each in usual),
     )
@@ -94,6 +100,21 @@ def _repeats(sensor: SensorModel, rate_hz: float) -> int:
         return 0
     if sensor.resolution <= 0 or sensor.n_r != sensor.n_y:
         return 1
+    return max(1, math.ceil(-math.log(FALSE_STUCK_S * rate_hz) / float(_log_chances(sensor).sum())))
+
+
+def _same(sensor: SensorModel, rate_hz: float) -> float:
+    """Return how often one axis repeats itself by chance once in `FALSE_STUCK_S` at most.
+
+    Of a sensor without a quantiser, or with rows that are not its axes, nobody knows.
+    """
+    if sensor.resolution <= 0 or sensor.n_r != sensor.n_y or sensor.touched_height is not None:
+        return math.inf
+    most = -math.log(FALSE_STUCK_S * rate_hz) / float(_log_chances(sensor).max())
+    return max(FEWEST_SAME, math.ceil(most))
+
+
+def _log_chances(sensor: SensorModel) -> Array:
+    """Return the logarithm of the chance that a sample equals another, (n_r,)."""
     chance = sensor.resolution / (2 * math.sqrt(math.pi) * sensor.noise_std)
-    logarithm = float(np.log(np.minimum(chance, 0.9)).sum())
-    return max(1, math.ceil(-math.log(FALSE_STUCK_S * rate_hz) / logarithm))
+    return np.asarray(np.log(np.minimum(chance, 0.9)))

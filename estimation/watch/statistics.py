@@ -36,6 +36,8 @@ LIVELIER = 0.5
 """Share of the largest clean energy that all inertial sensors have where a body moves more."""
 BUSY = 0.5
 """Share of the samples with such an energy, in a motion that is livelier."""
+REPEATED = ("last", "before_last", "repeats", "repeated_s", "same")
+"""Blocks that only readings change, not what was made of them."""
 REPEATS_S = 0.5
 """Between two repeats that count together."""
 
@@ -85,6 +87,7 @@ class Statistics:
                 "before_last": (model.n_y,),
                 "repeats": (n,),
                 "repeated_s": (n,),
+                "same": (model.n_y,),
                 "outliers": (n,),
                 "mean": (windows, model.n_r),
                 "share": (windows, n),
@@ -119,9 +122,15 @@ class Statistics:
                 memory[at["repeated_s"] + i] = time_s
                 if memory[at["repeats"] + i] >= limit:
                     stuck.append(i)
+            is_clipped = False
             for c in sensor.columns:
+                same = at["same"] + c
+                memory[same] = memory[same] + 1.0 if y[c] == memory[last + c] else 0.0
+                is_clipped = is_clipped or memory[same] >= sensor.limits.same
                 memory[before_last + c] = memory[last + c]
                 memory[last + c] = y[c]
+            if is_clipped and i not in stuck:
+                stuck.append(i)
         return stuck
 
     def distances(self, v: Numbers, S: Sequence[Numbers]) -> tuple[list[float], list[float]]:
@@ -247,14 +256,18 @@ class Statistics:
         return bool(energetic) and all(memory[busy + i] > BUSY for i in energetic)
 
     def is_only_energy(self, memory: Numbers, left_out: Container[int]) -> bool:
-        """Whether nothing else stands out but the energy of inertial sensors."""
+        """Whether nothing else stands out but the energy of inertial sensors.
+
+        A mean that stands out no more than its energy does is of the same size by chance.
+        """
         values, windows = self.values(memory), self.windows
         outliers = self._start["outliers"]
         for x in self.sensors:
-            i, limit = x.index, x.limits.limit
+            i = x.index
             if i in left_out:
                 continue
-            means = any(values[i][w] > limit[w] for w in range(windows))
+            shares = [value / limit for value, limit in zip(values[i], x.limits.limit, strict=True)]
+            means = any(shares[w] > max(1.0, shares[windows + w]) for w in range(windows))
             if means or memory[outliers + i] >= x.limits.outliers:
                 return False
         return all(

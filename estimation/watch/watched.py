@@ -26,7 +26,7 @@ from estimation.watch.past import Anchor, Past, Row
 from estimation.watch.reach import Reach
 from estimation.watch.replay import FITS, Replayed, Replays
 from estimation.watch.state import LeftOut, WatchState
-from estimation.watch.statistics import Flat, Statistics
+from estimation.watch.statistics import REPEATED, Flat, Statistics
 from models.arrays import Array
 from models.given_prior import Prior
 
@@ -39,7 +39,7 @@ ONSET_ROWS = 4
 QUIET_S = 0.3
 """So long no second alarm is followed."""
 SPOKEN_S = 1.0
-"""So long a sensor is flagged whose bias was freed."""
+"""So long a sensor is flagged whose bias was freed, or that has just been taken back."""
 FREED_AGAIN_S = 4.0
 """So long a bias is not freed again."""
 RETURN_S, RETURNS = 1.0, 0.6
@@ -257,8 +257,11 @@ class Watched:
             scores[i] = 0.0
         if max(scores) > 1 and t < state.alarm_s and self._waits(state):
             return self._waiting(state, t), estimate
-        if max(scores) <= 1 and t >= state.alarm_s and state.level > 0:
-            return replace(state, alarm_s=np.inf), estimate  # a burst of what is livelier anyway
+        is_burst = max(scores) <= 1 or (
+            state.level + 1 == self._levels.count and self._waits(state)
+        )
+        if is_burst and t >= state.alarm_s and state.level > 0:
+            return replace(state, alarm_s=np.inf), estimate  # of what is livelier anyway
         if max(scores) <= 1 and t < state.alarm_s:
             if state.is_unexplained and max(scores) < FITS:
                 state = replace(state, is_unexplained=False)
@@ -328,9 +331,10 @@ class Watched:
         for i in hypothesis.freed:
             freed[i], doubted[i] = t, t + SPOKEN_S
         memory = found.memory.copy()
-        for block in ("last", "before_last", "repeats", "repeated_s"):
+        for block in REPEATED:
             view = self._statistics.layout.view
             view(memory, block)[:] = view(state.memory, block)
+        doubted[list(state.left_out - hypothesis.left_out)] = t + SPOKEN_S
         out = [each for each in state.out if each.sensor in hypothesis.left_out]
         for i in sorted(hypothesis.left_out - state.left_out):
             last_s, wait_s = blamed[i]
