@@ -295,7 +295,7 @@ class Watched:
         )
         whole = self._replays.start(state.past, state.level, self.config.replay_s)
         may_free = [i for i in range(self._n) if t - state.freed_s[i] > FREED_AGAIN_S]
-        began, tried = time.perf_counter(), 0
+        began, tried, longest_s = time.perf_counter(), 0, 0.0
         tiers = self._causes.tiers(
             state.left_out,
             state.level,
@@ -308,6 +308,9 @@ class Watched:
             tried += 1
             if tried <= state.tried:
                 continue
+            spent_s = time.perf_counter() - began
+            if tried > state.tried + 1 and spent_s + longest_s > (self.config.deadline_s or np.inf):
+                return replace(state, tried=tried - 1), estimate
             found = [
                 self._replay(state, start, each, undropped)
                 for each in tier
@@ -317,9 +320,7 @@ class Watched:
             if fitting:
                 best = min(fitting, key=lambda each: each.score)
                 return self._adopted(state, t, best), best.estimate
-            spent = time.perf_counter() - began
-            if self.config.deadline_s is not None and spent > self.config.deadline_s / 2:
-                return replace(state, tried=tried), estimate
+            longest_s = max(longest_s, time.perf_counter() - began - spent_s)
         is_alarm = max(scores) > 1
         return replace(
             state, is_unexplained=is_alarm, quiet_s=t + QUIET_S, alarm_s=np.inf, tried=0
