@@ -79,7 +79,9 @@ def test_a_smoothed_run_is_bare_and_cannot_be_watched() -> None:
 
 def test_on_lost_is_a_watchs() -> None:
     assert estimated(recording().first(0.3), on_lost="hold").history.sensor_names
-    with pytest.raises(pm.InputError, match="on_lost stay is unknown, expected one of restart, hold"):
+    with pytest.raises(
+        pm.InputError, match="on_lost stay is unknown, expected one of restart, hold"
+    ):
         estimated(recording(), on_lost="stay")
     with pytest.raises(pm.InputError, match="on_lost is 'hold' of a run that is not watched"):
         estimated(recording(), on_lost="hold", watch=False)
