@@ -19,16 +19,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from estimation.layout import Layout
 from estimation.watch.limits import MEASURES, WINDOWS_S, SensorLimits
+from estimation.watch.watchable import Numbers, distances, watchables
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
-Numbers = Sequence[float] | Array
 Flat = list[float] | Array
 """What is remembered: a flat array, or the same numbers as a list, which Python reads faster."""
 
@@ -42,25 +41,6 @@ REPEATS_S = 0.5
 """Between two repeats that count together."""
 
 
-@dataclass(frozen=True)
-class Watchable:
-    """A sensor that is watched.
-
-    Parameters
-    ----------
-    index : among those of the model
-    is_inertial : whether it feels how the body moves
-    rows, columns : of the stacked residual and readings
-    limits : see `estimation.watch.limits`
-    """
-
-    index: int
-    is_inertial: bool
-    rows: range
-    columns: range
-    limits: SensorLimits
-
-
 class Statistics:
     """The recursions of the module for the sensors of a model.
 
@@ -71,13 +51,7 @@ class Statistics:
 
     def __init__(self, model: StateSpaceModel, limits: Sequence[SensorLimits | None]) -> None:
         self.model, self.windows, self.n_sensors = model, len(WINDOWS_S), len(model.sensors)
-        self.sensors, row, column = list[Watchable](), 0, 0
-        for index, (sensor, of_sensor) in enumerate(zip(model.sensors, limits, strict=True)):
-            rows, columns = range(row, row + sensor.n_r), range(column, column + sensor.n_y)
-            if of_sensor is not None:
-                feels = sensor.feels_gravity or sensor.reads_rate
-                self.sensors.append(Watchable(index, feels, rows, columns, of_sensor))
-            row, column = rows.stop, columns.stop
+        self.sensors = watchables(model, limits)
         n, windows = self.n_sensors, self.windows
         self.layout = Layout(
             "Watch",
@@ -138,29 +112,7 @@ class Statistics:
 
         The second is above 1 for an outlier, NaN for a sensor without a sample.
         """
-        z, far = [math.nan] * self._n_r, [math.nan] * self.n_sensors
-        for sensor in self.sensors:
-            rows = [r for r in sensor.rows if not math.isnan(v[r])]
-            if not rows:
-                continue
-            L, squared = list[list[float]](), 0.0
-            for i, r in enumerate(rows):
-                left, row = v[r], list[float]()
-                for j in range(i):
-                    s = S[r][rows[j]]
-                    for k in range(j):
-                        s -= row[k] * L[j][k]
-                    row.append(s / L[j][j])
-                s = S[r][r]
-                for k in range(i):
-                    s -= row[k] * row[k]
-                    left -= row[k] * z[rows[k]]
-                row.append(math.sqrt(s) if s > 0 else math.nan)
-                L.append(row)
-                z[r] = left / row[i]
-                squared += z[r] * z[r]
-            far[sensor.index] = squared / sensor.limits.squared[len(rows) - 1]
-        return z, far
+        return distances(self.sensors, self.n_sensors, v, S)
 
     def take(self, memory: Flat, z: Numbers) -> None:
         """Take an instant's z (n_r,), NaN where there is none, into `memory`."""

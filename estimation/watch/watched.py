@@ -46,6 +46,8 @@ RETURN_S, RETURNS = 1.0, 0.6
 """A sensor that is left out is taken back when so many seconds with it fit so well."""
 RETRY_S, LONGEST_RETRY_S, AGAIN_S = 1.0, 8.0, 0.5
 """That is first tried after so long, each time that it is blamed again twice that, and so often."""
+STUCK_S = 0.3
+"""So long a gyroscope is stuck before it is left out."""
 FREED_TRIES = 4
 """Each so manieth time its bias may be anything, and the state is begun again."""
 FORGIVEN_S = 10.0
@@ -123,6 +125,8 @@ class Watched:
         state = replace(
             state, past=state.past.after((Row(t, y, dropped | outliers),)), std=estimate.state.std
         )
+        for i in sorted(dropped & frozenset(stuck)):
+            state = self._stuck_long(state, t, i)
         if any(t >= each.retry_s for each in state.out) and not is_late:
             state, estimate = self._tried_again(state, t, estimate)
         if t >= state.quiet_s and t >= state.calm_s:
@@ -212,6 +216,23 @@ class Watched:
         )
         return replace(state, inner=inner), settled
 
+    def _stuck_long(self, state: WatchState, t: float, sensor: int) -> WatchState:
+        """Leave out a gyroscope that has been stuck so long that its return is no trifle.
+
+        Without it an attitude is soon worse than it seems. Without an accelerometer it is not.
+        """
+        if not self.model.sensors[sensor].reads_rate:
+            return state
+        since_s = t
+        for row in reversed(state.past.rows):
+            if sensor in row.dropped:
+                since_s = row.time_s
+            elif self._replays.has_reading(row.y, sensor):
+                break
+        if t - since_s < STUCK_S:
+            return state
+        return replace(state, out=(*state.out, LeftOut(sensor, t + RETRY_S)))
+
     def _tried_again(
         self, state: WatchState, t: float, estimate: Estimate
     ) -> tuple[WatchState, Estimate]:
@@ -274,7 +295,7 @@ class Watched:
         )
         whole = self._replays.start(state.past, state.level, self.config.replay_s)
         may_free = [i for i in range(self._n) if t - state.freed_s[i] > FREED_AGAIN_S]
-        began, tried = time.perf_counter(), 0
+        began, tried, longest_s = time.perf_counter(), 0, 0.0
         tiers = self._causes.tiers(
             state.left_out,
             state.level,
@@ -287,6 +308,9 @@ class Watched:
             tried += 1
             if tried <= state.tried:
                 continue
+            spent_s = time.perf_counter() - began
+            if tried > state.tried + 1 and spent_s + longest_s > (self.config.deadline_s or np.inf):
+                return replace(state, tried=tried - 1), estimate
             found = [
                 self._replay(state, start, each, undropped)
                 for each in tier
@@ -296,9 +320,7 @@ class Watched:
             if fitting:
                 best = min(fitting, key=lambda each: each.score)
                 return self._adopted(state, t, best), best.estimate
-            spent = time.perf_counter() - began
-            if self.config.deadline_s is not None and spent > self.config.deadline_s / 2:
-                return replace(state, tried=tried), estimate
+            longest_s = max(longest_s, time.perf_counter() - began - spent_s)
         is_alarm = max(scores) > 1
         return replace(
             state, is_unexplained=is_alarm, quiet_s=t + QUIET_S, alarm_s=np.inf, tried=0
