@@ -1,13 +1,9 @@
-"""Limits of a watch's statistics: of clean data by the kind of a sensor, of chance for others."""
+"""Limits of a watch's statistics: what a sensor says is usual, else what chance explains."""
 
 from __future__ import annotations
 
 import math
-import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
 
 import numpy as np
 from scipy.stats import chi2
@@ -19,6 +15,8 @@ from models.state_space import StateSpaceModel
 WINDOWS_S = (0.1, 1.0)
 """How long the windows of mean and energy remember, s, at the sensor's own rate."""
 MEASURES = ("mean_fast", "mean_slow", "energy_fast", "energy_slow")
+USUAL = (*MEASURES, "peak")
+"""What a sensor says is usual: those, and d² per row of a single sample."""
 USUAL_RATE_HZ = 100.0
 """Of a sensor that says none."""
 OUTLIER_PROBABILITY = 1 - 1e-7
@@ -28,8 +26,13 @@ FEWEST_SAME = 6
 """Of an axis alone: a sensor at rest is often quieter than its pen file says."""
 FALSE_STUCK_S = 3600.0
 """Between two alarms of a sensor that repeats itself by chance, s."""
-CHANCE, MARGIN = 1e-9, 1.6
-"""Of a sensor whose kind has no limits: probability of an alarm at an instant, and a margin."""
+CHANCE, ALLOWANCE = 1e-9, (3.0, 8.0)
+"""Of a sensor that does not say what is usual: the probability at an instant, and by how much
+means and energies may exceed it. Hands pause and hurry: on the D-POINT pen energies that are one
+on average reach ten times that, while nothing is wrong."""
+MARGIN = 1.6
+FLOORS = (12.0, 12.0, 0.5, 0.3)
+"""An alarm is what exceeds the usual by this factor, and these values."""
 
 
 @dataclass(frozen=True)
@@ -55,12 +58,6 @@ class SensorLimits:
     limit: tuple[float, ...]
 
 
-@cache
-def limit_table() -> Mapping[str, Mapping[str, list[float]]]:
-    """Return kind → ``usual`` and ``limit`` of `MEASURES`, as limits.toml says."""
-    return tomllib.loads((resources.files("estimation.watch") / "limits.toml").read_text("utf-8"))
-
-
 def limits_of(model: StateSpaceModel) -> list[SensorLimits | None]:
     """Return the limits of a model's sensors; None for those without readings of their own."""
     return [_limits(sensor) if sensor.is_measured else None for sensor in model.sensors]
@@ -69,25 +66,29 @@ def limits_of(model: StateSpaceModel) -> list[SensorLimits | None]:
 def _limits(sensor: SensorModel) -> SensorLimits:
     rate_hz = sensor.rate_hz or USUAL_RATE_HZ
     weights = tuple(-math.expm1(-1 / (rate_hz * tau)) for tau in WINDOWS_S)
-    squared = tuple(float(chi2.ppf(OUTLIER_PROBABILITY, n)) for n in range(1, sensor.n_r + 1))
-    known = limit_table().get(sensor.kind)
-    usual = tuple(known["usual"]) if known else _by_chance(sensor.n_r, weights)
+    *usual, peak = sensor.usual_innovations or _by_chance(sensor.n_r, weights)
+    squared = tuple(
+        max(float(chi2.ppf(OUTLIER_PROBABILITY, n)), MARGIN * peak * n)
+        for n in range(1, sensor.n_r + 1)
+    )
     return SensorLimits(
         weights=weights,
         squared=squared,
         outliers=max(FEWEST_OUTLIERS, round(OUTLIERS_S * rate_hz)),
         repeats=_repeats(sensor, rate_hz),
         same=_same(sensor, rate_hz),
-        usual=usual,
-        limit=tuple(known["limit"]) if known else tuple(MARGIN * each for each in usual),
+        usual=tuple(usual),
+        limit=tuple(np.maximum(MARGIN * np.array(usual), FLOORS).tolist()),
     )
 
 
 def _by_chance(n: int, weights: tuple[float, ...]) -> tuple[float, ...]:
-    """Return what white samples of n rows exceed with probability `CHANCE`."""
-    means = [float(chi2.isf(CHANCE, n))] * len(weights)
+    """Return what white samples of n rows exceed with probability `CHANCE`, and `ALLOWANCE`."""
+    of_mean, of_energy = ALLOWANCE
+    means = [of_mean * float(chi2.isf(CHANCE, n))] * len(weights)
     samples = [(2 - a) / a * n for a in weights]
-    return (*means, *(float(chi2.isf(CHANCE, many)) / many for many in samples))
+    energies = (of_energy * float(chi2.isf(CHANCE, many)) / many for many in (*samples, n))
+    return (*means, *energies)
 
 
 def _repeats(sensor: SensorModel, rate_hz: float) -> int:
