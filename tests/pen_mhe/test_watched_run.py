@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,10 @@ from typer.testing import CliRunner
 import pen_mhe as pm
 from commands.cli import app
 from estimation.watch.flags import Flag
+from models.pen_file import load_pen
 from recordings.formats.tables import recording_to_table, write_table
 
+DATA = os.environ.get("PEN_MHE_DATA")
 SENSORS = ("accel", "gyro", "camera")
 STUCK_S = (0.7, 0.9)
 
@@ -120,3 +123,26 @@ def test_what_makes_no_sense_together_is_refused(tmp_path: Path) -> None:
     assert result.exit_code == 2
     assert "of a run that is not watched" in " ".join(result.stderr.split())
     assert not written.exists()
+
+
+@pytest.mark.skipif(not DATA, reason="PEN_MHE_DATA is not set: no real recordings here")
+@pytest.mark.parametrize("pen", ["dpoint", "told nothing"])
+@pytest.mark.parametrize("sensors", [None, ["accel", "gyro"]])
+def test_a_real_pen_that_is_not_broken_is_left_alone(pen: str, sensors: list[str] | None) -> None:
+    """What is usual was found on the first half; a pen told nothing of it is left alone too."""
+    config = load_pen("dpoint")
+    if pen == "told nothing":
+        untold = {
+            name: sensor.model_copy(update={"usual_innovations": None})
+            for name, sensor in config.sensors.items()
+        }
+        config = config.model_copy(update={"sensors": untold})
+    assert DATA is not None
+    folder = Path(DATA) / "dpoint_pen"
+    watched, bare = (
+        pm.estimate(folder, config, estimator="ekf", sensors=sensors, watch=watch).history
+        for watch in (True, False)
+    )
+    np.testing.assert_array_equal(watched.mean, bare.mean)
+    assert watched.status == bare.status
+    assert not watched.flagged.any()
