@@ -24,7 +24,7 @@ USUAL_RATE_HZ = 100.0
 OUTLIER_PROBABILITY = 1 - 1e-7
 OUTLIERS_S, FEWEST_OUTLIERS = 0.08, 4
 """How long, and how many, outliers in a row make an alarm."""
-FEWEST_SAME = 6
+FEWEST_SAME, SAME_MARGIN = 6, 1.5
 """Of an axis alone: a sensor at rest is often quieter than its pen file says."""
 FALSE_STUCK_S = 3600.0
 """Between two alarms of a sensor that repeats itself by chance, s."""
@@ -111,7 +111,7 @@ def _same(sensor: SensorModel, rate_hz: float) -> float:
     if sensor.resolution <= 0 or sensor.n_r != sensor.n_y or sensor.touched_height is not None:
         return math.inf
     most = -math.log(FALSE_STUCK_S * rate_hz) / float(_log_chances(sensor).max())
-    return max(FEWEST_SAME, math.ceil(most))
+    return max(FEWEST_SAME, math.ceil(SAME_MARGIN * most))
 
 
 def _log_chances(sensor: SensorModel) -> Array:

@@ -34,6 +34,8 @@ CALM_S = 0.15
 """From a start on nothing is judged so long."""
 WAIT_S = 0.1
 """So long an alarm by nothing but energy waits: a motion that begins is soon told from a fault."""
+JOLT_S = 0.04
+"""An alarm by energy that is over so soon was a jolt."""
 ONSET_ROWS = 4
 """What is sudden began at most so many rows before its alarm."""
 QUIET_S = 0.3
@@ -311,12 +313,15 @@ class Watched:
             spent_s = time.perf_counter() - began
             if tried > state.tried + 1 and spent_s + longest_s > (self.config.deadline_s or np.inf):
                 return replace(state, tried=tried - 1), estimate
-            found = [
-                self._replay(state, start, each, undropped)
-                for each in tier
-                for start in (self._onsets(state, t, undropped) if each.is_sudden else [whole])
-            ]
-            fitting = [each for each in found if each is not None and each.fits]
+            if any(each.is_sudden for each in tier):
+                found, is_over = self._sudden(state, t, tier, undropped)
+                if is_over is not None and not any(each.fits for each in found):
+                    memory = self._with_repeats(is_over.memory, state)
+                    return replace(state, memory=memory, alarm_s=np.inf), estimate
+            else:
+                replays = (self._replay(state, whole, each, undropped) for each in tier)
+                found = [each for each in replays if each is not None]
+            fitting = [each for each in found if each.fits]
             if fitting:
                 best = min(fitting, key=lambda each: each.score)
                 return self._adopted(state, t, best), best.estimate
@@ -325,6 +330,35 @@ class Watched:
         return replace(
             state, is_unexplained=is_alarm, quiet_s=t + QUIET_S, alarm_s=np.inf, tried=0
         ), estimate
+
+    def _sudden(
+        self, state: WatchState, t: float, tier: list[Hypothesis], undropped: frozenset[int]
+    ) -> tuple[list[Replayed], Replayed | None]:
+        """Return replays from where what is sudden may have begun, unless nothing at all fits too.
+
+        And that of nothing at all from behind an alarm that has waited, if that fits: a jolt.
+        """
+        nothing, found = replace(tier[0], freed=frozenset[int]()), list[Replayed]()
+        for start in self._onsets(state, t, undropped):
+            without = self._replay(state, start, nothing, undropped)
+            if without is not None and without.fits:
+                continue
+            replays = [self._replay(state, start, each, undropped) for each in tier]
+            found += [each for each in replays if each is not None]
+        lately = state.past.since(state.past.first_since(t - 3 * WAIT_S))
+        if not np.isfinite(state.alarm_s) or any(row.dropped for row in lately):
+            return found, None
+        number = state.past.first_since(state.alarm_s - WAIT_S + JOLT_S)
+        behind = self._replays.before(state.past, state.level, number)
+        over = self._replay(state, behind, replace(nothing, is_sudden=False), undropped)
+        return found, over if over is not None and over.fits else None
+
+    def _with_repeats(self, memory: Array, state: WatchState) -> Array:
+        """Return a memory with what readings alone have changed."""
+        memory, view = memory.copy(), self._statistics.layout.view
+        for block in REPEATED:
+            view(memory, block)[:] = view(state.memory, block)
+        return memory
 
     def _onsets(self, state: WatchState, t: float, undropped: frozenset[int]) -> list[Anchor]:
         """Return what was known in front of the rows at which what is sudden may have begun."""
@@ -352,10 +386,7 @@ class Watched:
         blamed = list(state.blamed)
         for i in hypothesis.freed:
             freed[i], doubted[i] = t, t + SPOKEN_S
-        memory = found.memory.copy()
-        for block in REPEATED:
-            view = self._statistics.layout.view
-            view(memory, block)[:] = view(state.memory, block)
+        memory = self._with_repeats(found.memory, state)
         doubted[list(state.left_out - hypothesis.left_out)] = t + SPOKEN_S
         out = [each for each in state.out if each.sensor in hypothesis.left_out]
         for i in sorted(hypothesis.left_out - state.left_out):
