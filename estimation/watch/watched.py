@@ -319,8 +319,9 @@ class Watched:
                     memory = self._with_repeats(is_over.memory, state)
                     return replace(state, memory=memory, alarm_s=np.inf), estimate
             else:
-                found = [self._replay(state, whole, each, undropped) for each in tier]
-            fitting = [each for each in found if each is not None and each.fits]
+                replays = (self._replay(state, whole, each, undropped) for each in tier)
+                found = [each for each in replays if each is not None]
+            fitting = [each for each in found if each.fits]
             if fitting:
                 best = min(fitting, key=lambda each: each.score)
                 return self._adopted(state, t, best), best.estimate

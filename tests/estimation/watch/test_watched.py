@@ -199,7 +199,7 @@ def test_a_deadline_spreads_an_alarm_over_steps(monkeypatch: pytest.MonkeyPatch)
         history = run(Watched(Ekf(model()), WatchConfig(deadline_s=deadline_s)), recording)
         assert said(history, "camera", Flag.LEFT_OUT).size
         most.append(max(counts))
-    assert most[1] <= 8, "two biases at four instants"
+    assert most[1] <= 13, "nothing or one of two biases at four instants, and a jolt: all short"
     assert most[1] < most[0]
 
 
