@@ -13,7 +13,8 @@ import numpy as np
 from estimation.machine import Machine, address, declared
 from estimation.native import LOOPS, STRICT, CSource, shared_libraries
 from estimation.watch.asked import Calmer, Known
-from estimation.watch.statistics import LIVELIER, REPEATS_S, Statistics
+from estimation.watch.limits import REPEATS_S
+from estimation.watch.statistics import LIVELIER, Statistics
 from models.arrays import Array
 
 SOURCE = "statistics.c"

@@ -24,6 +24,11 @@ OUTLIERS_S, FEWEST_OUTLIERS = 0.08, 4
 """How long, and how many, outliers in a row make an alarm."""
 FEWEST_SAME, SAME_MARGIN = 6, 1.5
 """Of an axis alone: a sensor at rest is often quieter than its pen file says."""
+QUIETER = 1.5
+"""By how much a sensor may be quieter than its pen file says, before repeats count: many are at
+rest, and samples behind a low-pass filter are like their neighbours."""
+REPEATS_S = 0.5
+"""Repeats that are no further apart count together."""
 FALSE_STUCK_S = 3600.0
 """Between two alarms of a sensor that repeats itself by chance, s."""
 CHANCE, ALLOWANCE = 1e-9, (3.0, 8.0)
@@ -92,16 +97,23 @@ def _by_chance(n: int, weights: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _repeats(sensor: SensorModel, rate_hz: float) -> int:
-    """Return how many repeats chance makes once in `FALSE_STUCK_S` at most.
+    """Return how many repeats, each within `REPEATS_S` of one before, chance makes seldom enough.
 
     Two samples with noise σ of a quantiser of step Δ are equal with probability Δ / (2 √π σ) at
-    most. A sensor that reads nothing but the height of what it touches repeats itself always.
+    most; one is compared with two. N repeats in a chain come by chance at a rate of
+    rate p (REPEATS_S rate p)ᴺ⁻¹, once in `FALSE_STUCK_S` at most. A sensor that reads nothing but
+    the height of what it touches repeats itself always.
     """
     if sensor.touched_height is not None:
         return 0
     if sensor.resolution <= 0 or sensor.n_r != sensor.n_y:
         return 1
-    return max(1, math.ceil(-math.log(FALSE_STUCK_S * rate_hz) / float(_log_chances(sensor).sum())))
+    chance = 2 * math.exp(float(_log_chances(sensor).sum()))
+    next_one = chance * REPEATS_S * rate_hz
+    if next_one >= 1:
+        return 0
+    alone = math.log(FALSE_STUCK_S * rate_hz * chance) / -math.log(next_one)
+    return 1 + max(0, math.ceil(alone))
 
 
 def _same(sensor: SensorModel, rate_hz: float) -> float:
@@ -117,5 +129,5 @@ def _same(sensor: SensorModel, rate_hz: float) -> float:
 
 def _log_chances(sensor: SensorModel) -> Array:
     """Return the logarithm of the chance that a sample equals another, (n_r,)."""
-    chance = sensor.resolution / (2 * math.sqrt(math.pi) * sensor.noise_std)
+    chance = QUIETER * sensor.resolution / (2 * math.sqrt(math.pi) * sensor.noise_std)
     return np.asarray(np.log(np.minimum(chance, 0.9)))

@@ -23,7 +23,7 @@ from collections.abc import Container, Sequence
 import numpy as np
 
 from estimation.layout import Layout
-from estimation.watch.limits import MEASURES, WINDOWS_S, SensorLimits
+from estimation.watch.limits import MEASURES, REPEATS_S, WINDOWS_S, SensorLimits
 from estimation.watch.watchable import Numbers, distances, watchables
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -37,8 +37,6 @@ BUSY = 0.5
 """Share of the samples with such an energy, in a motion that is livelier."""
 REPEATED = ("last", "before_last", "repeats", "repeated_s", "same")
 """Blocks that only readings change, not what was made of them."""
-REPEATS_S = 0.5
-"""Between two repeats that count together."""
 
 
 class Statistics:
