@@ -36,7 +36,6 @@ def estimate(
         settings=settings_read(estimator, {"horizon": HORIZON, "huber": {}}),
         thinning=CameraThinning(rate_hz, phase),
         duration_s=duration_s,
-        watch=False,  # the limits are those of the estimators alone
     )
 
 
