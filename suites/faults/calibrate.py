@@ -5,7 +5,7 @@
 
 Without a recording: fault-free handwriting of the pen, and of the pen told the hand that moves
 it, at 0.3 and 1 times its speed, every choice of sensors, on the EKF. With one: its first half, of
-which a share of the sensors' choices has what it needs. Of each kind of sensor and statistic the
+which a share of the sensors' choices has what it needs. Of each sensor and statistic the
 usual is what the largest of a part of `PART_S` exceeds in one of `PARTS` parts: no odd part decides
 anything. See `estimation.watch.limits` for what follows. Whoever judges takes other seeds, or the
 other half.
@@ -48,7 +48,7 @@ FIRST_SEED = 5000
 
 
 def measures(history: EstimateHistory, model: StateSpaceModel) -> Iterator[tuple[str, Array]]:
-    """Yield kind and `USUAL` (n, 5) of each sensor that is watched, at each of its samples.
+    """Yield name and `USUAL` (n, 5) of each sensor that is watched, at each of its samples.
 
     See `estimation.watch.statistics`; all samples of a sensor have all their rows here.
     """
@@ -71,11 +71,11 @@ def measures(history: EstimateHistory, model: StateSpaceModel) -> Iterator[tuple
             means.append((mean**2).sum(axis=1) / share)
             energies.append(lfilter([a], [1.0, -b], energy))
         settled = history.time_s[there] >= SETTLED_S
-        yield sensor.kind, np.column_stack([*means, *energies, energy])[settled]
+        yield sensor.name, np.column_stack([*means, *energies, energy])[settled]
 
 
 def of_simulated(pen: PenConfig, hours: float) -> dict[str, Array]:
-    """Return kind → the usual of each measure, (5,), of `hours` of simulated handwriting."""
+    """Return sensor → the usual of each measure, (5,), of `hours` of simulated handwriting."""
     found = dict[str, Array]()
     streams = [
         (each, choice, speed)
@@ -85,17 +85,17 @@ def of_simulated(pen: PenConfig, hours: float) -> dict[str, Array]:
     ]
     parts = max(1, round(3600 * hours / PART_S / len(streams)))
     for each, choice, speed in streams:
-        of_kind = dict[str, list[Array]]()
-        for kind, values in _stream(each, choice, speed, parts):
-            of_kind.setdefault(kind, []).append(values.max(axis=0))
-        for kind, largest in of_kind.items():
+        of_sensor = dict[str, list[Array]]()
+        for name, values in _stream(each, choice, speed, parts):
+            of_sensor.setdefault(name, []).append(values.max(axis=0))
+        for name, largest in of_sensor.items():
             usual = np.quantile(largest, 1 - 1 / PARTS, axis=0)
-            found[kind] = np.maximum(found.get(kind, usual), usual)
+            found[name] = np.maximum(found.get(name, usual), usual)
     return found
 
 
 def of_recording(pen: PenConfig, recording: Recording) -> dict[str, Array]:
-    """Return kind → the largest of each measure, (5,), in the first half of a recording."""
+    """Return sensor → the largest of each measure, (5,), in the first half of a recording."""
     half = recording.first((recording.time_s[-1] - recording.time_s[0]) / 2)
     found = dict[str, Array]()
     for choice in SENSORS:
@@ -104,9 +104,9 @@ def of_recording(pen: PenConfig, recording: Recording) -> dict[str, Array]:
             continue
         model = pen_model(pen, sensors)
         history = run(Ekf(model), half.select(sensors), covariances=True)
-        for kind, values in measures(history, model):
+        for name, values in measures(history, model):
             largest = values.max(axis=0)
-            found[kind] = np.maximum(found.get(kind, largest), largest)
+            found[name] = np.maximum(found.get(name, largest), largest)
     return found
 
 
@@ -127,13 +127,13 @@ def _stream(pen: PenConfig, choice: str, speed: float, parts: int) -> Iterator[t
 
 
 def written(path: Path, found: Mapping[str, Array], made: str) -> str:
-    """Return a pen file's text with what is usual of the kinds of sensors that were found."""
+    """Return a pen file's text with what is usual of the sensors that were found."""
     pen, text = load_pen(path), PenText.of(path)
     assert text is not None
     usual = {
-        name: tuple(float(f"{value:.3g}") for value in found[sensor.kind])
-        for name, sensor in pen.sensors.items()
-        if sensor.kind in found
+        name: tuple(float(f"{value:.3g}") for value in found[name])
+        for name in pen.sensors
+        if name in found
     }
     sensors = {
         name: sensor.model_copy(update={KEY: usual[name]}) if name in usual else sensor
