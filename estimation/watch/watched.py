@@ -21,8 +21,8 @@ from estimation.watch.config import WatchConfig
 from estimation.watch.flags import Flag, Flags
 from estimation.watch.hypotheses import Causes, Hypothesis
 from estimation.watch.limits import limits_of
-from estimation.watch.livelier import LEVELS, Levels
-from estimation.watch.past import Anchor, Past, Row
+from estimation.watch.livelier import LEVELS, MotionLevels
+from estimation.watch.past import Anchor, Past, PastRow
 from estimation.watch.reach import Reach
 from estimation.watch.replay import FITS, Replayed, Replays
 from estimation.watch.state import LeftOut, WatchState
@@ -73,7 +73,7 @@ class Watched:
         self.estimator, self.model, self.name = estimator, estimator.model, estimator.name
         self.config = checked_config("watch", config, WatchConfig)
         self.lags = estimator.lags if isinstance(estimator, LookingBack) else ()
-        self._levels = Levels(estimator)
+        self._levels = MotionLevels(estimator)
         self._statistics = Statistics(self.model, limits_of(self.model))
         self._reach = Reach(self.model)
         self._causes = Causes(self.model, self._levels.count)
@@ -125,7 +125,9 @@ class Watched:
         if is_begun and estimate.window is not None:
             state, estimate = self._settled(state, t, y, estimate)
         state = replace(
-            state, past=state.past.after((Row(t, y, dropped | outliers),)), std=estimate.state.std
+            state,
+            past=state.past.after((PastRow(t, y, dropped | outliers),)),
+            std=estimate.state.std,
         )
         for i in sorted(dropped & frozenset(stuck)):
             state = self._stuck_long(state, t, i)
