@@ -74,7 +74,7 @@ class CleanRows:
         inner, estimate = self._levels[state.level].step(state.inner, Measurement(time_s, y))
         v, S = estimate.innovation, estimate.innovation_covariance
         known = Known(self._limit, state.known, state.std, estimate.state.covariance)
-        found = self._quiet.one(state.memory, time_s, y, v, S, _calmer(state), known)
+        found = self._quiet.one(state.memory, time_s, y, v, S, calmer=_calmer(state), known=known)
         if found is None:
             return None
         memory, std = found
@@ -154,7 +154,13 @@ class CleanRows:
         memory, rows = state.memory.copy(), slice(most)
         v, S = history.innovation, history.innovation_covariance
         count = self._quiet.clean(
-            memory, state.time_s, time_s[rows], y[rows], v[rows], S[rows], _calmer(state)
+            memory,
+            time_s[rows],
+            y[rows],
+            v[rows],
+            S[rows],
+            newest_s=state.time_s,
+            calmer=_calmer(state),
         )
         whole = state.known.copy()
         whole[components] = known[count]
