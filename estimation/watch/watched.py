@@ -18,6 +18,7 @@ from estimation.settings import checked_config
 from estimation.status import Status
 from estimation.watch.clean_rows import GAP_S, LEVEL_S, CleanRows
 from estimation.watch.config import WatchConfig
+from estimation.watch.energy import is_livelier, is_only_energy
 from estimation.watch.flags import Flag, Flags
 from estimation.watch.hypotheses import Causes, Hypothesis
 from estimation.watch.limits import limits_of
@@ -306,7 +307,7 @@ class Watched:
             may_free=may_free,
             may_restart=self.config.on_lost == "restart",
             is_livelier=state.level > 0
-            or self._statistics.is_livelier(state.memory, state.left_out),
+            or is_livelier(self._statistics, state.memory, state.left_out),
         )
         for tier in tiers:
             tried += 1
@@ -376,7 +377,7 @@ class Watched:
 
     def _waits(self, state: WatchState) -> bool:
         """Whether an alarm may be a motion that begins: more will be clear a moment later."""
-        return self._statistics.is_only_energy(state.memory, state.left_out)
+        return is_only_energy(self._statistics, state.memory, state.left_out)
 
     def _waiting(self, state: WatchState, t: float) -> WatchState:
         return state if np.isfinite(state.alarm_s) else replace(state, alarm_s=t + WAIT_S)
