@@ -15,8 +15,8 @@ from estimation.inputs import with_inputs
 from estimation.recording import Measurement
 from estimation.status import Status
 from estimation.watch.asked import NEVER_CALMER, Calmer, Known
-from estimation.watch.livelier import LEVELS, Levels
-from estimation.watch.past import Row
+from estimation.watch.livelier import LEVELS, MotionLevels
+from estimation.watch.past import PastRow
 from estimation.watch.quiet import Quiet
 from estimation.watch.reach import Reach
 from estimation.watch.state import WatchState, changed
@@ -37,7 +37,7 @@ class CleanRows:
     def __init__(
         self,
         model: StateSpaceModel,
-        levels: Levels,
+        levels: MotionLevels,
         statistics: Statistics,
         reach: Reach,
         replay_s: float,
@@ -74,11 +74,11 @@ class CleanRows:
         inner, estimate = self._levels[state.level].step(state.inner, Measurement(time_s, y))
         v, S = estimate.innovation, estimate.innovation_covariance
         known = Known(self._limit, state.known, state.std, estimate.state.covariance)
-        found = self._quiet.one(state.memory, time_s, y, v, S, _calmer(state), known)
+        found = self._quiet.one(state.memory, time_s, y, v, S, calmer=_calmer(state), known=known)
         if found is None:
             return None
         memory, std = found
-        past = state.past.after((Row(time_s, y.copy(), NONE_DROPPED),))
+        past = state.past.after((PastRow(time_s, y.copy(), NONE_DROPPED),))
         if past.is_due():
             past = past.anchored(inner, time_s, self._replay_s)
         status = estimate.status | Status.LIVELIER if state.level else estimate.status
@@ -110,7 +110,7 @@ class CleanRows:
         newest_s = max(state.time_s, float(time_s[:count].max()))
         given = self._with_inputs(state, y[:count])
         past = state.past.after(
-            tuple(map(Row, time_s[:count].tolist(), given, repeat(NONE_DROPPED)))
+            tuple(map(PastRow, time_s[:count].tolist(), given, repeat(NONE_DROPPED)))
         )
         if past.is_due():
             past = past.anchored(inner, newest_s, self._replay_s)
@@ -154,7 +154,13 @@ class CleanRows:
         memory, rows = state.memory.copy(), slice(most)
         v, S = history.innovation, history.innovation_covariance
         count = self._quiet.clean(
-            memory, state.time_s, time_s[rows], y[rows], v[rows], S[rows], _calmer(state)
+            memory,
+            time_s[rows],
+            y[rows],
+            v[rows],
+            S[rows],
+            newest_s=state.time_s,
+            calmer=_calmer(state),
         )
         whole = state.known.copy()
         whole[components] = known[count]

@@ -93,11 +93,12 @@ class CompiledStatistics:
     def clean(
         self,
         memory: Array,
-        newest_s: float,
         time_s: Array,
         y: Array,
         v: Array,
         S: Array,
+        *,
+        newest_s: float,
         calmer: Calmer,
     ) -> int:
         """See `estimation.watch.quiet.Quiet.clean`."""
@@ -119,6 +120,7 @@ class CompiledStatistics:
         y: Array,
         v: Array,
         S: Array,
+        *,
         calmer: Calmer,
         known: Known,
     ) -> tuple[Array, Array] | None:

@@ -38,7 +38,7 @@ class Causes:
         self._others = [
             i for i, s in sensors if s.is_measured and not (s.feels_gravity or s.reads_rate)
         ]
-        self._n_levels = n_levels
+        self.n_levels = n_levels
 
     @property
     def inertial(self) -> list[int]:
@@ -87,7 +87,7 @@ class Causes:
     def _livelier(
         self, out: frozenset[int], level: int, is_restart: bool
     ) -> Iterator[list[Hypothesis]]:
-        for more in range(level + 1, self._n_levels):
+        for more in range(level + 1, self.n_levels):
             yield [Hypothesis(out, frozenset(), is_restart, more)]
 
     def returning(

@@ -24,7 +24,7 @@ def livelier_model(model: StateSpaceModel, factor: float) -> StateSpaceModel:
     return model.replace(f=made(f.name(), given, [moved], *names))
 
 
-class Levels:
+class MotionLevels:
     """An estimator and its livelier ones, each made when it is first needed."""
 
     def __init__(self, estimator: Any) -> None:

@@ -12,7 +12,7 @@ BETWEEN_ANCHORS = 50
 """Rows from one state that is kept to the next: fewer make an alarm cheaper and keep more."""
 
 
-class Row(NamedTuple):
+class PastRow(NamedTuple):
     """A row as it was given.
 
     Parameters
@@ -53,11 +53,11 @@ class Past:
     """
 
     anchors: tuple[Anchor, ...]
-    older: tuple[Row, ...] = ()
-    newer: tuple[Row, ...] = ()
+    older: tuple[PastRow, ...] = ()
+    newer: tuple[PastRow, ...] = ()
 
     @property
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[PastRow, ...]:
         """All of them."""
         return self.older + self.newer
 
@@ -66,7 +66,7 @@ class Past:
         """Number of all rows since the start."""
         return self.anchors[0].number + len(self.older) + len(self.newer)
 
-    def after(self, rows: tuple[Row, ...]) -> Past:
+    def after(self, rows: tuple[PastRow, ...]) -> Past:
         """Return it with more rows."""
         return Past(self.anchors, self.older, self.newer + rows)
 
@@ -92,7 +92,7 @@ class Past:
             number -= 1
         return number
 
-    def since(self, number: int) -> tuple[Row, ...]:
+    def since(self, number: int) -> tuple[PastRow, ...]:
         """Return the rows from a number on."""
         return self.rows[number - self.anchors[0].number :]
 

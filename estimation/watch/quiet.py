@@ -24,11 +24,12 @@ class Quiet:
     def clean(
         self,
         memory: Array,
-        newest_s: float,
         time_s: Array,
         y: Array,
         v: Array,
         S: Array,
+        *,
+        newest_s: float,
         calmer: Calmer = NEVER_CALMER,
     ) -> int:
         """Take instants into `memory` up to the first in which something stands out.
@@ -38,12 +39,12 @@ class Quiet:
 
         Parameters
         ----------
-        newest_s : the newest instant before
         time_s, y : (n,), (n, n_row)
         v, S : (n, n_r), (n, n_r, n_r) of the estimates
+        newest_s : the newest instant before
         """
         if self._compiled is not None:
-            return self._compiled.clean(memory, newest_s, time_s, y, v, S, calmer)
+            return self._compiled.clean(memory, time_s, y, v, S, newest_s=newest_s, calmer=calmer)
         now = memory.tolist()
         rows = zip(time_s.tolist(), y.tolist(), v.tolist(), S.tolist(), strict=True)
         for k, (t, *row) in enumerate(rows):
@@ -66,6 +67,7 @@ class Quiet:
         y: Array,
         v: Array,
         S: Array,
+        *,
         calmer: Calmer,
         known: Known,
     ) -> tuple[Array, Array] | None:
@@ -74,14 +76,15 @@ class Quiet:
         None where something stands out, or what is known changes; see `clean`.
         """
         if self._compiled is not None:
-            return self._compiled.one(memory, time_s, y, v, S, calmer, known)
+            return self._compiled.one(memory, time_s, y, v, S, calmer=calmer, known=known)
         std, after = np.sqrt(known.covariance.diagonal()), memory.copy()
         asked = ~np.isnan(known.limit)
         for each in (std, known.std):
             if ((each < known.limit) != known.known)[asked].any():
                 return None
         rows = np.array([time_s]), y[None], v[None], S[None]
-        return (after, std) if self.clean(after, time_s, *rows, calmer) else None
+        is_clean = self.clean(after, *rows, newest_s=time_s, calmer=calmer)
+        return (after, std) if is_clean else None
 
     def _is_clean(
         self,

@@ -13,8 +13,8 @@ from estimation.estimate import Estimate
 from estimation.estimator import BatchEstimator
 from estimation.recording import Measurement
 from estimation.watch.hypotheses import Hypothesis
-from estimation.watch.livelier import LEVELS, Levels
-from estimation.watch.past import Anchor, Past, Row, is_before
+from estimation.watch.livelier import LEVELS, MotionLevels
+from estimation.watch.past import Anchor, Past, PastRow, is_before
 from estimation.watch.reach import Reach
 from estimation.watch.statistics import Statistics
 from models.arrays import Array
@@ -61,7 +61,9 @@ class Replayed:
 class Replays:
     """Makes replays; one belongs to one watch."""
 
-    def __init__(self, model: StateSpaceModel, levels: Levels, statistics: Statistics) -> None:
+    def __init__(
+        self, model: StateSpaceModel, levels: MotionLevels, statistics: Statistics
+    ) -> None:
         self._model, self._levels, self._statistics = model, levels, statistics
         ends = np.cumsum([0, *(sensor.n_y for sensor in model.sensors)])
         self._columns = [slice(a, b) for a, b in itertools.pairwise(ends)]
@@ -185,7 +187,7 @@ class Replays:
 
 
 def many(
-    estimator: Any, inner: Any, rows: Sequence[Row], given: Sequence[Array]
+    estimator: Any, inner: Any, rows: Sequence[PastRow], given: Sequence[Array]
 ) -> tuple[Any, Array, Array, tuple[Array, Array]]:
     """Return the state behind rows, innovations and their S, and the last mean and covariance."""
     if isinstance(estimator, BatchEstimator):

@@ -12,6 +12,9 @@ from estimation.watch.past import Past
 from models.arrays import Array
 from models.gaussian import GaussianState
 
+RETRY_S = 1.0
+"""So long a sensor is left out before it is first tried again."""
+
 
 @dataclass(frozen=True)
 class LeftOut:

@@ -33,8 +33,6 @@ Flat = list[float] | Array
 
 LIVELIER = 0.5
 """Share of the largest clean energy that all inertial sensors have where a body moves more."""
-BUSY = 0.5
-"""Share of the samples with such an energy, in a motion that is livelier."""
 REPEATED = ("last", "before_last", "repeats", "repeated_s", "same")
 """Blocks that only readings change, not what was made of them."""
 
@@ -185,54 +183,6 @@ class Statistics:
                 score = max(score, value / limit)
             scores[i] = score
         return scores
-
-    def is_livelier(self, memory: Numbers, left_out: Container[int]) -> bool:
-        """Whether it looks as if the body moves more than its model says.
-
-        All inertial sensors have about as much energy as clean data ever had, or more; or the only
-        thing that stands out is energy, of inertial sensors that are busy with it.
-        """
-        inertial = [x for x in self.sensors if x.is_inertial and x.index not in left_out]
-        values, windows = self.values(memory), self.windows
-        shares = [
-            max(values[x.index][w] / x.limits.usual[w] for w in range(windows, 2 * windows))
-            for x in inertial
-        ]
-        if shares and min(shares) > LIVELIER:
-            return True
-        if not self.is_only_energy(memory, left_out):
-            return False
-        busy, energetic = self._start["busy"], self._energetic(memory, left_out)
-        return bool(energetic) and all(memory[busy + i] > BUSY for i in energetic)
-
-    def is_only_energy(self, memory: Numbers, left_out: Container[int]) -> bool:
-        """Whether nothing else stands out but the energy of inertial sensors.
-
-        A mean that stands out no more than its energy does is of the same size by chance.
-        """
-        values, windows = self.values(memory), self.windows
-        outliers = self._start["outliers"]
-        for x in self.sensors:
-            i = x.index
-            if i in left_out:
-                continue
-            shares = [value / limit for value, limit in zip(values[i], x.limits.limit, strict=True)]
-            means = any(shares[w] > max(1.0, shares[windows + w]) for w in range(windows))
-            if means or memory[outliers + i] >= x.limits.outliers:
-                return False
-        return all(
-            x.is_inertial for x in self.sensors if x.index in self._energetic(memory, left_out)
-        )
-
-    def _energetic(self, memory: Numbers, left_out: Container[int]) -> list[int]:
-        """Return the sensors whose energy is above its limit."""
-        values, windows = self.values(memory), self.windows
-        return [
-            x.index
-            for x in self.sensors
-            if x.index not in left_out
-            and any(values[x.index][w] > x.limits.limit[w] for w in range(windows, 2 * windows))
-        ]
 
     def forget(self, memory: Array, sensor: int) -> None:
         """Forget a sensor's samples, its repeats aside."""

@@ -61,7 +61,7 @@ def taken(
     memory, at, newest_s = statistics.first(), 0, -np.inf
     counts, memories = list[int](), list[Array]()
     while at < N:
-        count = quiet.clean(memory, newest_s, *(each[at:] for each in rows), calmer)
+        count = quiet.clean(memory, *(each[at:] for each in rows), newest_s=newest_s, calmer=calmer)
         newest_s = max([newest_s, *rows[0][at : at + count + 1].tolist()])
         counts.append(count)
         memories.append(memory.copy())
@@ -98,15 +98,15 @@ def test_what_stands_out_ends_it_and_leaves_no_trace(monkeypatch: pytest.MonkeyP
     time_s, y = 0.01 * np.arange(20), rng.normal(size=(20, model.n_row))
     v, S = 0.1 * rng.normal(size=(20, model.n_r)), np.tile(np.eye(model.n_r), (20, 1, 1))
     whole, part = statistics.first(), statistics.first()
-    assert compiled.clean(whole, -np.inf, time_s, y, v, S) == 20
+    assert compiled.clean(whole, time_s, y, v, S, newest_s=-np.inf) == 20
     v[12, 0] = 100.0
-    assert compiled.clean(part, -np.inf, time_s, y, v, S) == 12
+    assert compiled.clean(part, time_s, y, v, S, newest_s=-np.inf) == 12
     again = statistics.first()
-    assert compiled.clean(again, -np.inf, time_s[:12], y[:12], v[:12], S[:12]) == 12
+    assert compiled.clean(again, time_s[:12], y[:12], v[:12], S[:12], newest_s=-np.inf) == 12
     np.testing.assert_array_equal(part, again)
     y[5, :3] = y[4, :3]
     y[6, :3] = y[4, :3]
-    count = compiled.clean(statistics.first(), -np.inf, time_s, y, v, S)
+    count = compiled.clean(statistics.first(), time_s, y, v, S, newest_s=-np.inf)
     assert count in (5, 6), "an accelerometer that repeats itself twice is stuck"
 
 
@@ -122,15 +122,17 @@ def test_one_instant_is_a_chunk_of_one(monkeypatch: pytest.MonkeyPatch) -> None:
         known = Known(limit, std < 1.0, rng.uniform(0.1, 0.9, n_x), np.diag(std**2))
         if k % 7 == 0:
             known = known._replace(known=rng.random(n_x) < 0.5)
-        row = time_s[k], y[k], v[k], S[k], NEVER_CALMER, known
-        found, expected = compiled.one(in_c, *row), interpreted.one(in_python, *row)
+        row = time_s[k], y[k], v[k], S[k]
+        found = compiled.one(in_c, *row, calmer=NEVER_CALMER, known=known)
+        expected = interpreted.one(in_python, *row, calmer=NEVER_CALMER, known=known)
         assert (found is None) == (expected is None)
         if found is None or expected is None:
             continue
         for one, other in zip(found, expected, strict=True):
             np.testing.assert_array_equal(one, other)
         chunk = in_c.copy()
-        assert compiled.clean(chunk, -np.inf, *(each[k : k + 1] for each in (time_s, y, v, S)))
+        rows = (each[k : k + 1] for each in (time_s, y, v, S))
+        assert compiled.clean(chunk, *rows, newest_s=-np.inf)
         np.testing.assert_array_equal(chunk, found[0])
         (in_c, _), (in_python, _), quiet = found, expected, quiet + 1
     assert N / 4 < quiet < N
