@@ -100,13 +100,19 @@ def estimate(
         check_options(estimator.value, settings)
         check_apart(
             [written.output, written.figure],
-            {"the recording": [source.recording], "the pen file": pen_paths(source.pen)},
+            {"the recording": source.recording, "the pen file": pen_paths(source.pen)},
         )
         check_output(written.output)
         if written.figure is not None:
             check_output(written.figure, FIGURE_SUFFIXES)
         pen = load_pen(source.pen)
-        loaded = read_written(source.recording, pen, units=read_units(source.units))
+        loaded = read_written(
+            source.recording,
+            pen,
+            units=read_units(source.units),
+            columns=source.columns,
+            strict=source.strict,
+        )
         thinning = part.thinning()
         with progress(estimator.value) as start, not_swallowed():
             result = estimate_recording(

@@ -46,6 +46,7 @@ class EstimateRun:
         (of a causal run: samples of the fastest sensor); errors and ink are at this lag too
     is_smoothed : whether each row of `output` knows the whole recording; errors and ink too
     rows_without : samples of the fastest sensor that no row speaks of: so long has not passed since
+    notes : what was recognised, ignored and repaired in the file
     """
 
     model: StateSpaceModel
@@ -63,6 +64,7 @@ class EstimateRun:
     lag_samples: int = 0
     is_smoothed: bool = False
     rows_without: int = 0
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         samples = f"{len(self.output)} samples, {len(self.history)} steps"
@@ -92,7 +94,7 @@ class EstimateRun:
     def sentences(self) -> list[str]:
         """Return what the run says of itself: statuses, times, errors, consistency, ink."""
         history, steps_ms = self.history, self.history.step_time_s * 1e3
-        said = [f"solved {history.solved_fraction:.2%} of the steps"]
+        said = [*self.notes, f"solved {history.solved_fraction:.2%} of the steps"]
         remarks = [status for status in history.status if status.label != "solved"]
         said += [
             f"{remarks.count(status)} × {status.label}: {status.sentence}"

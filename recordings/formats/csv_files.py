@@ -75,25 +75,35 @@ def check_header(header: Sequence[str], where: str) -> None:
         seen.add(column)
 
 
-def check_cells(file: BinaryIO, columns: int, where: str) -> None:
-    """Raise `InputError` where a file has a cell, or rows, beyond the limits, or a zero byte."""
+def check_cells(
+    file: BinaryIO, columns: int, where: str, *, delimiters: bytes = b",", start: int = 0
+) -> None:
+    """Raise `InputError` where a file has a cell, or rows, beyond the limits, or a zero byte.
+
+    Parameters
+    ----------
+    delimiters : each separates cells
+    start : of the text, where something stands before it
+    """
     longest, rows, since = most("cell_bytes"), 0, 0
-    file.seek(0)
+    ends_cell = np.zeros(256, dtype=bool)
+    ends_cell[list(delimiters + b"\n\r")] = True
+    file.seek(start)
     while piece := file.read(PIECE):
         marks = np.frombuffer(piece, dtype=np.uint8)
         if not marks.all():
             raise InputError(f"{where}: holds a zero byte, expected text")
-        ends = np.flatnonzero((marks == ord(",")) | (marks == ord("\n")) | (marks == ord("\r")))
+        ends = np.flatnonzero(ends_cell[marks])
         gaps = np.diff(ends, prepend=-1 - since, append=len(piece)) - 1
         if (length := int(gaps.max())) > longest:
-            start = int(ends[gaps.argmax() - 1]) + 1 if gaps.argmax() else 0
-            line = rows + 1 + piece.count(b"\n", 0, start)
+            begin = int(ends[gaps.argmax() - 1]) + 1 if gaps.argmax() else 0
+            line = rows + 1 + piece.count(b"\n", 0, begin)
             check_most("cell_bytes", length, f"{where}: line {line} of the file")
         since = int(gaps[-1])
         rows += piece.count(b"\n")
         check_most("rows", rows, where)
         check_most("values", rows * columns, where)
-    file.seek(0)
+    file.seek(start)
 
 
 def _header(file: BinaryIO, where: str) -> list[str]:

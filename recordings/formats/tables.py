@@ -30,16 +30,22 @@ from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.border import reading
 from models.errors import InputError
+from models.limits import most
 from models.pen_config import PenConfig
-from models.plain_names import plain_headers
+from models.plain_names import plain_headers, plain_name
+from models.regular_files import open_regular
 from models.shown_text import short
 from models.units import TIME_DIGITS
 from models.version import version_metadata
+from recordings.foreign.header_units import KNOWN_UNITS
+from recordings.foreign.source_table import SourceTable
+from recordings.foreign.stamps import check_time_unit
 from recordings.formats.arrow import read_arrow
 from recordings.formats.columns import (
     ARRIVAL,
     TIME,
     TRUTH_PREFIX,
+    Column,
     check_units_given,
     column_units,
     expected_for,
@@ -82,6 +88,19 @@ def _read_parquet(path: Path, where: str) -> pd.DataFrame:
     return table.to_pandas()
 
 
+def read_parquet_table(
+    path: Path, where: str, header: Sequence[str] | None = None
+) -> list[SourceTable]:
+    """Read a Parquet file as a table, whatever its columns mean.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or a column has no name or that of another.
+    """
+    return [SourceTable(path.name, _read_parquet(path, where))]
+
+
 _PANDAS_INDEX = re.compile(r"__index_level_\d+__")
 _READERS = MappingProxyType({".csv": read_csv, ".parquet": _read_parquet})
 
@@ -122,9 +141,56 @@ def load_table(
     table = read_table(path)
     known = recording_columns(pen, units or {})
     table.columns = pd.Index(plain_headers(list(table.columns), known, f"recording {path}"))
+    table, notes = _without_silent(table, pen, known)
     recording = recording_from_table(table, pen, str(path), units=units)
+    _check_time(table, recording, pen, known)
     check_units(recording, pen, read_as=column_units(table.columns, pen, units=units))
-    return WrittenRecording(recording)
+    return WrittenRecording(recording, notes=notes)
+
+
+def _check_time(
+    table: pd.DataFrame, recording: Recording, pen: PenConfig, known: Mapping[str, Column]
+) -> None:
+    """Refuse times in a unit in which no inertial sensor has such a rate."""
+    header = next(header for header in table.columns if known[header].quantity == TIME)
+    for sensor in recording.readings:
+        if pen.sensors[sensor].feels_gravity or pen.sensors[sensor].reads_rate:
+            unit, (time_s, _) = KNOWN_UNITS[known[header].unit], recording.sensor(sensor)
+            check_time_unit(header, unit, time_s, f"recording {recording.name}")
+
+
+def _without_silent(
+    table: pd.DataFrame, pen: PenConfig, known: Mapping[str, Column]
+) -> tuple[pd.DataFrame, tuple[str, ...]]:
+    """Leave out sensors that may be silent and were: a contact, while the tip touched nothing."""
+    notes = []
+    for sensor, config in pen.sensors.items():
+        own = [f"{sensor}_{axis}" for axis, _ in config.reading_axes]
+        headers = [h for h in table.columns if h in known and known[h].quantity in own]
+        says_seldom = config.reads_touch or config.is_rest
+        if says_seldom and headers and table[headers].isna().all(axis=None):
+            table = table.drop(columns=headers)
+            notes.append(f"{sensor} has no reading, left out")
+    return table, tuple(notes)
+
+
+def has_own_columns(path: Path, pen: PenConfig) -> bool:
+    """Whether every column of a CSV or Parquet file is one of a pen's recording, by its name."""
+    where = f"recording {path}"
+    if path.suffix == ".csv":
+        with open_regular(path, where, "a table", "table_bytes") as file:
+            line = file.readline(most("columns") * most("cell_bytes")).decode(
+                "utf-8-sig", "replace"
+            )
+        headers = [cell.strip().strip('"') for cell in line.split(",")]
+    else:
+        try:
+            with open_regular(path, where, "a table", "table_bytes") as file:
+                headers = pyarrow.parquet.read_schema(file).names
+        except (pyarrow.ArrowException, ValueError, OSError):
+            return True  # whose reader then says what is wrong
+    known = recording_columns(pen, {})
+    return all(header in known or plain_name(header) in known for header in headers)
 
 
 def recording_from_table(
