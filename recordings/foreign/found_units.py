@@ -25,8 +25,9 @@ WITHIN = 2.0
 COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 256)
 """Of 16 bits at 2, 4, 8, 16 g; 1024 and 256 are common of older chips."""
 COUNTS_WITHIN = 1.2
-COUNTS_PER_DEG_S = (131.0, 65.5, 32.8, 16.4, 114.3, 57.14, 28.57, 14.29)
-"""Of 16 bits at 250, 500, 1000, 2000 deg/s: InvenSense and Bosch, then ST."""
+COUNTS_PER_DEG_S = (131.0, 65.5, 32.8, 16.4)
+"""Of 16 bits at 250, 500, 1000, 2000 deg/s, InvenSense's and Bosch's; the hand's own acceleration
+hides the eighth by which ST's are fewer."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,8 @@ def rate_unit(
         if k < 0.003:  # counts, or thousandths of a degree
             units += of_counts
         best = min(units, key=lambda unit: abs(math.log(unit.factor / k)))
-        return FoundUnit(best, f"gravity turns {k:.3g} rad for 1 of it")
+        more = "" if best not in of_counts else "; ST's sensors have an eighth fewer: give --units"
+        return FoundUnit(best, f"gravity turns {k:.3g} rad for 1 of it{more}")
     known = np.abs(rate[np.isfinite(rate)])
     largest = float(np.quantile(known, 0.99)) if len(known) else 0.0
     if force_unit.startswith("counts"):

@@ -115,9 +115,7 @@ def groups_of(
         if own and sensor not in named:
             headers = {axis: header for axis, (header, _) in own.items()}
             names = {axis: name for axis, (_, name) in own.items()}
-            units = {KNOWN_UNITS[known[name].unit] for name in names.values()}
-            unit = units.pop() if len(units) == 1 else None
-            groups.append(Group(config.kind, "", table, headers, unit, sensor, own=names))
+            groups.append(_own(config.kind, table, headers, names, known, sensor))
             taken |= set(headers.values())
     found: dict[tuple[str, str], tuple[dict[str, str], list[Unit | None]]] = {}
     for header in map(str, table.frame.columns):
@@ -132,6 +130,22 @@ def groups_of(
             ordered = {axis: headers[axis] for axis in "xyzw" if axis in headers}
             groups.append(Group(kind, label, table, ordered, unit))
     return groups
+
+
+def _own(
+    kind: str,
+    table: SourceTable,
+    headers: Mapping[str, str],
+    names: Mapping[str, str],
+    known: Mapping[str, Column],
+    sensor: str,
+) -> Group:
+    """Return the group of columns that are called as a recording of the pen calls them."""
+    if all(known[name].quantity == name for name in names.values()):
+        return Group(kind, "", table, headers, None, sensor)  # no unit is written
+    units = {KNOWN_UNITS[known[name].unit] for name in names.values()}
+    unit = units.pop() if len(units) == 1 else None
+    return Group(kind, "", table, headers, unit, sensor, own=names)
 
 
 def with_poses(groups: Sequence[Group]) -> list[Group]:

@@ -39,7 +39,9 @@ def unstacked(table: SourceTable) -> list[SourceTable]:
     """Return a table for each sensor of one that names them row by row; itself for any other."""
     for header in map(str, table.frame.columns):
         kinds = _kinds(table.frame[header], header)
-        values = _value_headers(table, header)
+        if kinds and not table.has_header:
+            table = _with_times(table, header)
+        values = _value_headers(table, header) if kinds else []
         if kinds and len(values) >= 3:
             return [
                 replace(
@@ -81,14 +83,25 @@ def _value_headers(table: SourceTable, sensor: str) -> list[str]:
     ):
         if len(named) >= 3:
             return named[:3]
+    by_meaning = [header for header in headers if meaning(header) is not None]
+    if len(by_meaning) >= 3:
+        return by_meaning[:3]
     stamps = stamp_headers(headers)
     return [
         header
         for header in headers
-        if header not in stamps
-        and meaning(header) is None
-        and pd.api.types.is_numeric_dtype(table.frame[header])
+        if header not in stamps and pd.api.types.is_numeric_dtype(table.frame[header])
     ][:3]
+
+
+def _with_times(table: SourceTable, sensor: str) -> SourceTable:
+    """Return a table without a header whose first column of numbers is that of times."""
+    numbers = [
+        name
+        for name in table.frame.columns
+        if name != sensor and pd.api.types.is_numeric_dtype(table.frame[name])
+    ]
+    return replace(table, frame=table.frame.rename(columns=dict.fromkeys(numbers[:1], "time")))
 
 
 def _part(

@@ -89,7 +89,9 @@ def _longest_session(
     rows: NDArray[np.int64], times: Array, repairs: list[str]
 ) -> tuple[NDArray[np.int64], Array]:
     """Return the longest part of a file in which the clock did not begin anew."""
-    starts = np.flatnonzero(np.diff(times) < -RESTART_S) + 1
+    falls = np.flatnonzero(np.diff(times) < -RESTART_S) + 1
+    # A stamp alone that is wrong is no new beginning.
+    starts = np.array([k for k in falls if (times[k : k + RESTART_ROWS] < times[k - 1]).all()], int)
     edges = [0, *starts.tolist(), len(times)]
     parts = [(a, b) for a, b in pairwise(edges) if b - a >= RESTART_ROWS]
     if len(parts) < 2 or sum(b - a for a, b in parts) < 0.9 * len(times):
@@ -142,7 +144,7 @@ def _increasing(times: Array) -> NDArray[np.int64]:
         if at == len(tails):
             tails.append(t)
             ends.append(i)
-        else:
+        elif tails[at] > t:  # of equal ones the first is kept
             tails[at], ends[at] = t, i
     found = []
     i = ends[-1]

@@ -138,7 +138,9 @@ def stamps_of(
         return _counted(table, where, rate_hz, headers)
     name, raw, is_text = max(usable, key=lambda one: _quality(*one))
     if is_text:
-        return _unwrapped(Stamps(name, raw, KNOWN_UNITS["ns"], "header", (f"{name}: dates",)))
+        return _unwrapped(
+            Stamps(name, raw, KNOWN_UNITS["ns"], "header", (f"times from {name}, dates",))
+        )
     written = (time_words(name) or ("", None))[1]
     if unit is not None:
         stamps = Stamps(name, raw, unit, "option")
@@ -225,7 +227,7 @@ def _nanoseconds(dates: pd.Series) -> Stamped:
     return np.where(missing, np.nan, counted) if missing.any() else counted
 
 
-def _quality(name: str, raw: Stamped, is_text: bool) -> tuple[float, bool, bool, bool, int]:
+def _quality(name: str, raw: Stamped, is_text: bool) -> tuple[float, bool, bool, bool, bool, int]:
     """Return how well a column serves as stamps: how often it advances, then how it is told."""
     known = raw[np.isfinite(raw)]
     steps = np.diff(known)
@@ -235,6 +237,7 @@ def _quality(name: str, raw: Stamped, is_text: bool) -> tuple[float, bool, bool,
         round(advances, 1),
         not is_text,
         "system" not in words and "utc" not in words,
+        "stamp" in words,
         (time_words(name) or ("", None))[1] is not None,
         -len(words),
     )
@@ -332,5 +335,7 @@ def _unwrapped(stamps: Stamps) -> Stamps:
         return stamps
     whole = raw.dtype.kind == "i" and float(modulus_found).is_integer()
     mended = raw + (added.astype(np.int64) if whole else added)
-    what = f"{wraps} overflow{'s' * (wraps > 1)} of {stamps.header} at {modulus_found:.10g}"
-    return replace(stamps, raw=mended, repairs=(*stamps.repairs, f"{what} undone"))
+    what = f"{wraps} overflow{'s' * (wraps > 1)} of {stamps.header} at {modulus_found:.10g} undone"
+    if modulus_found == DAY_NS:
+        what = f"midnight passed {wraps} time{'s' * (wraps > 1)} in {stamps.header}"
+    return replace(stamps, raw=mended, repairs=(*stamps.repairs, what))

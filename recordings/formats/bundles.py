@@ -44,7 +44,7 @@ def read_folder(path: Path, where: str, header: Sequence[str] | None = None) -> 
     if not found:
         reason = f" ({refused[0]})" if refused else ""
         raise InputError(
-            f"{where} is a folder without D-POINT's files, and none of its files is a table{reason}, "
+            f"{where} is a folder without D-POINT's files, and no file of it is a table{reason}, "
             f"expected {EXPECTED}"
         )
     return found

@@ -9,10 +9,12 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Sequence
+from contextlib import ExitStack
 from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
 import pandas as pd
 
 from models.errors import InputError
@@ -22,10 +24,13 @@ from recordings.foreign.sniffing import MISSING, Dialect, sniffed, split_cells
 from recordings.foreign.source_table import SourceTable
 from recordings.formats.columns import loose_numbers
 from recordings.formats.csv_files import check_cells
+from recordings.formats.keyed_lines import bare, keys_of, without_keys
 from recordings.formats.unpacked import open_text
 
 TEXT_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".tab", ".mtb")
 EXPECTED = "a table of numbers"
+MOST_CHATTER = 0.2
+"""Part of a file's lines that may be no rows of it."""
 SAMPLE_LINES, SAMPLE_BYTES = 400, 1 << 18
 _NA = sorted({spelt for word in MISSING for spelt in (word, word.upper(), word.title())} | {"NaN"})
 _SKIPPED = re.compile(r"Skipping line (\d+): expected \d+ fields, saw \d+")
@@ -48,13 +53,18 @@ def read_text_table(
         it is larger than `models.limits.LIMITS` allows.
     """
     file, encoding = open_text(path, where, EXPECTED)
-    with file:
+    with ExitStack() as opened:
+        opened.enter_context(file)
         start = file.tell()
         if not file.read(1):
             raise InputError(f"{where} is empty (zero bytes), expected a header and samples")
         file.seek(start)
-        sample = file.read(SAMPLE_BYTES)
-        lines = list(islice(_lines(sample), SAMPLE_LINES))
+        lines = list(islice(_lines(file.read(SAMPLE_BYTES)), SAMPLE_LINES))
+        if keys := keys_of(lines):
+            file.seek(start)
+            file, start = opened.enter_context(without_keys(file)), 0
+            lines = [bare(line) for line in lines]
+            header = header or keys
         dialect = sniffed(lines)
         if dialect is None:
             raise InputError(
@@ -68,7 +78,7 @@ def read_text_table(
         check_cells(file, dialect.columns, where, delimiters=delimiters, start=start)
         file.seek(start)
         frame, longer = _frame(file, dialect, names, where)
-    frame, short = _without_chatter(frame, dialect)
+    frame, short = _without_chatter(frame)
     unnamed = [n for n in frame.columns if n.startswith("column ") and frame[n].isna().all()]
     frame = frame.drop(columns=[] if header else unnamed)
     said, repairs = _said(dialect, encoding), []
@@ -142,19 +152,16 @@ def _frame(
     return frame, sum(len(_SKIPPED.findall(str(each.message))) for each in caught)
 
 
-def _without_chatter(frame: pd.DataFrame, dialect: Dialect) -> tuple[pd.DataFrame, int]:
+def _without_chatter(frame: pd.DataFrame) -> tuple[pd.DataFrame, int]:
     """Leave out rows that are lines of words, and the last where it was cut off."""
-    words = [name for name in frame.columns if not pd.api.types.is_numeric_dtype(frame[name])]
-    dropped = pd.Series(False, index=frame.index)
-    if words and len(frame.columns) > 1:
-        # A line of words has one cell or a few, and no number.
-        has_number = pd.Series(False, index=frame.index)
-        for name in frame.columns:
-            numbers = frame[name].to_numpy() if name not in words else loose_numbers(frame[name])
-            has_number |= ~pd.isna(numbers)
-        dropped = ~has_number & frame.notna().any(axis=1)
-        if dropped.mean() > 0.2:  # then these are its rows
-            dropped[:] = False
+    found = np.zeros(len(frame), dtype=int)
+    for name in frame.columns:
+        is_number = pd.api.types.is_numeric_dtype(frame[name])
+        found += ~np.isnan(frame[name].to_numpy(float) if is_number else loose_numbers(frame[name]))
+    # A line of words has no number, and one that was cut off early a time at most.
+    dropped = pd.Series(found < min(2, len(frame.columns) - 1), index=frame.index)
+    if dropped.mean() > MOST_CHATTER:  # then these are its rows
+        dropped[:] = False
     dropped |= frame.isna().all(axis=1)
     n = len(frame)
     if n > 1 and not dropped.iloc[-1]:

@@ -72,7 +72,7 @@ def encoding_of(file: BinaryIO) -> str:
 
 
 def _gunzipped(file: BinaryIO, where: str) -> BinaryIO:
-    found = _spooled()
+    found = spooled()
     try:
         with gzip.GzipFile(fileobj=file) as packed:
             while piece := packed.read(PIECE):
@@ -89,7 +89,7 @@ def _gunzipped(file: BinaryIO, where: str) -> BinaryIO:
 
 def _in_utf8(file: BinaryIO, encoding: str, where: str) -> BinaryIO:
     decoder = codecs.getincrementaldecoder(encoding)("replace")
-    found = _spooled()
+    found = spooled()
     while piece := file.read(PIECE):
         found.write(decoder.decode(piece).encode("utf-8", "replace"))
         if found.tell() > IN_MEMORY:
@@ -98,5 +98,6 @@ def _in_utf8(file: BinaryIO, encoding: str, where: str) -> BinaryIO:
     return found
 
 
-def _spooled() -> BinaryIO:
+def spooled() -> BinaryIO:
+    """Return a file without a name, in memory while it is small."""
     return cast(BinaryIO, tempfile.SpooledTemporaryFile(max_size=IN_MEMORY))
