@@ -108,8 +108,10 @@ def _clock(table: SourceTable, stamps: Stamps, groups: Mapping[str, Group], wher
     if not len(table.frame):
         raise InputError(f"{where} is empty below its header, expected at least one sample")
     origin_s = float(math.floor(stamps.first_s())) if stamps.first_s() > LARGE_S else 0.0
-    readings = np.column_stack([group.values(tuple(group.headers)) for group in groups.values()])
-    mended = mended_times(stamps.seconds(origin_s), readings)
+    mended = mended_times(
+        stamps.seconds(origin_s),
+        lambda: np.column_stack([group.values(tuple(group.headers)) for group in groups.values()]),
+    )
     if not len(mended.time_s):
         raise InputError(f"{where}: column {stamps.header} holds no times, expected some")
     if stamps.given != "option" and any(group.kind != POSE for group in groups.values()):

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from models.arrays import Array
 from models.errors import InputError
@@ -23,6 +24,10 @@ POSE_AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
 """Of a position and a quaternion, which becomes a rotation vector."""
 
 
+Rows = slice | NDArray[np.int64]
+ALL: Rows = slice(None)
+
+
 @dataclass(frozen=True, eq=False)
 class Group:
     """Columns of a table that are one sensor's reading.
@@ -37,6 +42,7 @@ class Group:
     sensor : of the pen, where the headers or somebody names it
     added : columns that are added to the first, axis by axis: gravity to what is without it
     own : axis → column as a recording of the pen calls it, where the file does so too
+    known : what such columns mean
     """
 
     kind: str
@@ -47,16 +53,24 @@ class Group:
     sensor: str | None = None
     added: Mapping[str, str] | None = None
     own: Mapping[str, str] = field(default_factory=dict)
+    known: Mapping[str, Column] = field(default_factory=dict)
 
-    def values(self, axes: Sequence[str]) -> Array:
+    def values(self, axes: Sequence[str], rows: Rows = ALL) -> Array:
         """Return the readings (n, k) as they stand in the file, NaN where there is none."""
         where = f"recording {self.table.name}"
-        frame = self.table.frame
+        whole = isinstance(rows, slice) and rows == ALL
+        frame = self.table.frame if whole else self.table.frame.iloc[rows]
         found = [numbers(frame[self.headers[axis]], where) for axis in axes]
         if self.added is not None:
             more = [numbers(frame[self.added[axis]], where) for axis in axes]
             found = [one + other for one, other in zip(found, more, strict=True)]
         return np.column_stack(found)
+
+    def factors(self, axes: Sequence[str], factor: float) -> Array:
+        """Return the factors to SI (k,): those of the columns' own names, else one for all."""
+        if not self.own:
+            return np.full(len(axes), factor)
+        return np.array([self.known[self.own[axis]].factor for axis in axes])
 
     def used(self) -> tuple[str, ...]:
         """Return the names of its columns."""
@@ -142,10 +156,10 @@ def _own(
 ) -> Group:
     """Return the group of columns that are called as a recording of the pen calls them."""
     if all(known[name].quantity == name for name in names.values()):
-        return Group(kind, "", table, headers, None, sensor)  # no unit is written
+        return Group(kind, "", table, headers, None, sensor, known=known)  # no unit is written
     units = {KNOWN_UNITS[known[name].unit] for name in names.values()}
     unit = units.pop() if len(units) == 1 else None
-    return Group(kind, "", table, headers, unit, sensor, own=names)
+    return Group(kind, "", table, headers, unit, sensor, own=names, known=known)
 
 
 def with_poses(groups: Sequence[Group]) -> list[Group]:

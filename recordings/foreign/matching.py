@@ -18,6 +18,7 @@ from recordings.foreign.column_names import ACCELEROMETER, GRAVITY, LINEAR
 from recordings.foreign.found_units import WITHIN, acceleration_unit
 from recordings.foreign.groups import Group
 from recordings.foreign.header_units import words_of
+from recordings.plausible_units import spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,8 @@ def _rank(group: Group) -> tuple[bool, bool, bool]:
 
 
 def _has_reading(group: Group) -> bool:
-    values = group.table.frame[list(group.headers.values())]
+    frame = group.table.frame
+    values = frame[list(group.headers.values())].iloc[spread(len(frame))]
     return bool(values.notna().any(axis=None)) and not bool((values.fillna(0) == 0).all(axis=None))
 
 
@@ -100,10 +102,11 @@ def _feels(group: Group) -> bool:
     """Whether the median of |f| is near gravity in the unit of a group, or in any."""
     if len(group.headers) < 3:
         return True
-    found = acceleration_unit(group.values("xyz"))
+    values = group.values("xyz", spread(len(group.table.frame)))
+    found = acceleration_unit(values)
     if found is None or group.unit is None or math.isnan(group.unit.factor):
         return found is not None
-    norms = np.linalg.norm(group.values("xyz"), axis=1) * group.unit.factor
+    norms = np.linalg.norm(values, axis=1) * group.unit.factor
     median = float(np.nanmedian(norms))
     return abs(math.log(median / STANDARD_GRAVITY_M_S2)) <= math.log(WITHIN)
 

@@ -13,7 +13,6 @@ from models.shown_text import short
 from recordings.asked import Asked
 from recordings.finding import Finding
 from recordings.foreign.clocks import Clock, clocks_of, is_rate, origin_of
-from recordings.foreign.frames import merged, recording_of_clock
 from recordings.foreign.groups import (
     Group,
     canonical_headers,
@@ -25,6 +24,7 @@ from recordings.foreign.groups import (
 from recordings.foreign.loggers import logger_of
 from recordings.foreign.long_tables import unstacked
 from recordings.foreign.matching import Matched, matched
+from recordings.foreign.readings import merged, recording_of_clock
 from recordings.foreign.scales import Scale, check_asked, is_checked, scales_of
 from recordings.foreign.source_table import SourceTable
 from recordings.foreign.told import Told
@@ -64,12 +64,15 @@ def recording_of_tables(
     check_asked(asked.units, chosen.sensors, name)
     clocks = clocks_of(tables, chosen, named, asked, units, told)
     passed = [
-        {h: n for h, n in own.items() if is_passed_on(known[n].quantity)} for own in canonical
+        {h: known[n] for h, n in own.items() if is_passed_on(known[n].quantity)}
+        for own in canonical
     ]
     origin_s = 0.0 if any(passed) else origin_of(clocks, told)
     scales = scales_of(clocks, units, logger, pen)
     recordings = [
-        recording_of_clock(clock, origin_s, scales, pen, passed[tables.index(clock.table)], name)
+        recording_of_clock(
+            clock, origin_s, scales, pen, passed[tables.index(clock.table)], name, told
+        )
         for clock in clocks
     ]
     _say_sensors(clocks, scales, chosen, told)
@@ -155,7 +158,7 @@ def _say_sensors(
 def _say_unused(
     tables: Sequence[SourceTable],
     clocks: Sequence[Clock],
-    passed: Sequence[Mapping[str, str]],
+    passed: Sequence[Mapping[str, Column]],
     told: Told,
 ) -> None:
     for table, own in zip(tables, passed, strict=True):

@@ -8,6 +8,7 @@ than sampled, which is so where sorting makes their stamps regular, are sorted i
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -30,25 +31,26 @@ class MendedTimes:
 
     Parameters
     ----------
-    rows : (m,) indices of rows
+    rows : (m,) indices of rows; all of them as a slice
     time_s : (m,) increasing
     repairs : sentences on what was mended
     said : sentences on what was seen and left: gaps
     """
 
-    rows: NDArray[np.int64]
+    rows: slice | NDArray[np.int64]
     time_s: Array
     repairs: tuple[str, ...]
     said: tuple[str, ...]
 
 
-def mended_times(stamps_s: Array, readings: Array) -> MendedTimes:
+def mended_times(stamps_s: Array, readings: Callable[[], Array]) -> MendedTimes:
     """Return increasing times for the rows of a table.
 
     Parameters
     ----------
     stamps_s : (n,) NaN where one is missing
-    readings : (n, k) of the rows: a row that repeats stamp and readings was written twice
+    readings : returns those (n, k) of the rows: one that repeats stamp and readings was written
+        twice
     """
     repairs: list[str] = []
     rows = np.flatnonzero(np.isfinite(stamps_s))
@@ -56,7 +58,8 @@ def mended_times(stamps_s: Array, readings: Array) -> MendedTimes:
     times = np.round(stamps_s[rows], TIME_DIGITS)
     same = np.flatnonzero(np.diff(times) == 0)
     if len(same):
-        twice = [k + 1 for k in same if _equal(readings[rows[k]], readings[rows[k + 1]])]
+        read = readings()[rows]
+        twice = [k + 1 for k in same if np.array_equal(read[k], read[k + 1], equal_nan=True)]
         rows, times = np.delete(rows, twice), np.delete(times, twice)
         _count(repairs, len(twice), "row{s} written twice left out")
     rows, times = _longest_session(rows, times, repairs)
@@ -73,16 +76,13 @@ def mended_times(stamps_s: Array, readings: Array) -> MendedTimes:
             repairs.append(
                 f"{' and '.join(found)} stamps: {n} times placed between their neighbours'"
             )
-    return MendedTimes(rows, times, tuple(repairs), _gaps(times))
+    is_all = len(rows) == len(stamps_s) and bool((np.diff(rows) > 0).all())
+    return MendedTimes(slice(None) if is_all else rows, times, tuple(repairs), _gaps(times))
 
 
 def _count(repairs: list[str], n: int, sentence: str) -> None:
     if n:
         repairs.append(f"{n} {sentence.format(s='s' * (n > 1))}")
-
-
-def _equal(one: Array, other: Array) -> bool:
-    return bool(np.array_equal(one, other, equal_nan=True))
 
 
 def _longest_session(

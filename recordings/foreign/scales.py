@@ -20,6 +20,7 @@ from recordings.foreign.header_units import KNOWN_UNITS, Unit
 from recordings.foreign.loggers import Logger
 from recordings.foreign.units_asked import unit_asked
 from recordings.formats.columns import TIME
+from recordings.plausible_units import spread
 
 LARGEST_POSITION_M = 20.0
 """Positions beyond this, without a unit, are millimetres."""
@@ -77,9 +78,11 @@ def scales_of(
         if group.unit is not None and group.unit.si == si:
             written = Scale(group.unit)
         axes = tuple(group.headers)
-        values = group.values(axes)[clock.mended.rows]
+        rows = spread(len(clock.mended.time_s))
+        kept = clock.mended.rows
+        values = group.values(axes, rows if isinstance(kept, slice) else kept[rows])
         complete = np.isfinite(values).all(axis=1)
-        read = clock.mended.time_s[complete] + clock.origin_s, values[complete]
+        read = clock.mended.time_s[rows][complete] + clock.origin_s, values[complete]
         if config.feels_gravity:
             scales[sensor] = _force_scale(group, read[1], asked or written, logger)
             if len(axes) == 3 and force is None:

@@ -139,6 +139,8 @@ def numbers(cells: pd.Series, where: str) -> Array:
     if cells.dtype.kind in "mM":  # pandas would count a date's nanoseconds
         raise InputError(f"{where}: column {cells.name} holds {cells.dtype}, expected numbers")
     values = loose_numbers(cells)
+    if np.isfinite(values).all():
+        return values
     bad = np.flatnonzero(~np.isfinite(values) & cells.notna().to_numpy())
     if len(bad):
         found = value_text(str(cells.iloc[bad[0]]))

@@ -1,8 +1,4 @@
-"""CSV files from elsewhere: a header, and as many cells in every row.
-
-Before pandas reads a file it is looked through once, in pieces: a cell without an end, or more
-rows than anybody records, are found at the cost of a look.
-"""
+"""CSV files from elsewhere: a header, and as many cells in every row."""
 
 from __future__ import annotations
 
@@ -12,16 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO
 
-import numpy as np
 import pandas as pd
 
 from models.errors import InputError
 from models.limits import check_most, most, variable
 from models.regular_files import open_regular
 from models.shown_text import value_text
-
-PIECE = 1 << 22
-"""Bytes that are looked through at once."""
+from recordings.formats.cell_limits import check_cells
 
 
 def read_csv(path: Path, where: str) -> pd.DataFrame:
@@ -73,37 +66,6 @@ def check_header(header: Sequence[str], where: str) -> None:
             raise InputError(f"{where}: column {column} appears twice, expected it once")
         check_most("cell_bytes", len(column), f"{where}: column {value_text(column)}")
         seen.add(column)
-
-
-def check_cells(
-    file: BinaryIO, columns: int, where: str, *, delimiters: bytes = b",", start: int = 0
-) -> None:
-    """Raise `InputError` where a file has a cell, or rows, beyond the limits, or a zero byte.
-
-    Parameters
-    ----------
-    delimiters : each separates cells
-    start : of the text, where something stands before it
-    """
-    longest, rows, since = most("cell_bytes"), 0, 0
-    ends_cell = np.zeros(256, dtype=bool)
-    ends_cell[list(delimiters + b"\n\r")] = True
-    file.seek(start)
-    while piece := file.read(PIECE):
-        marks = np.frombuffer(piece, dtype=np.uint8)
-        if not marks.all():
-            raise InputError(f"{where}: holds a zero byte, expected text")
-        ends = np.flatnonzero(ends_cell[marks])
-        gaps = np.diff(ends, prepend=-1 - since, append=len(piece)) - 1
-        if (length := int(gaps.max())) > longest:
-            begin = int(ends[gaps.argmax() - 1]) + 1 if gaps.argmax() else 0
-            line = rows + 1 + piece.count(b"\n", 0, begin)
-            check_most("cell_bytes", length, f"{where}: line {line} of the file")
-        since = int(gaps[-1])
-        rows += piece.count(b"\n")
-        check_most("rows", rows, where)
-        check_most("values", rows * columns, where)
-    file.seek(start)
 
 
 def _header(file: BinaryIO, where: str) -> list[str]:

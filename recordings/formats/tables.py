@@ -25,6 +25,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet
 
+from estimation.arrivals import has_reading
 from estimation.output_file import check_file, whole_file
 from estimation.recording import Recording, Truth
 from models.arrays import Array
@@ -55,7 +56,7 @@ from recordings.formats.columns import (
     spellings,
 )
 from recordings.formats.csv_files import check_header, read_csv
-from recordings.plausible_units import check_units
+from recordings.plausible_units import check_units, spread
 from recordings.written import WrittenRecording
 
 TABLE_SUFFIXES = (".csv", ".parquet")
@@ -155,7 +156,9 @@ def _check_time(
     header = next(header for header in table.columns if known[header].quantity == TIME)
     for sensor in recording.readings:
         if pen.sensors[sensor].feels_gravity or pen.sensors[sensor].reads_rate:
-            unit, (time_s, _) = KNOWN_UNITS[known[header].unit], recording.sensor(sensor)
+            rows = spread(len(recording.time_s))
+            time_s = recording.time_s[rows][has_reading(recording.readings[sensor][rows])]
+            unit = KNOWN_UNITS[known[header].unit]
             check_time_unit(header, unit, time_s, f"recording {recording.name}")
 
 

@@ -22,8 +22,8 @@ from models.limits import check_most
 from models.shown_text import value_text
 from recordings.foreign.sniffing import MISSING, Dialect, sniffed, split_cells
 from recordings.foreign.source_table import SourceTable
+from recordings.formats.cell_limits import check_cells
 from recordings.formats.columns import loose_numbers
-from recordings.formats.csv_files import check_cells
 from recordings.formats.keyed_lines import bare, keys_of, without_keys
 from recordings.formats.unpacked import open_text
 
