@@ -51,7 +51,7 @@ GENTLE = 0.1
 LEAST_TURN_RAD = math.radians(1.5)
 """… and |Δ|, which no unit of a rate can change, at least this."""
 LEAST_WINDOWS = 5
-MOST_WINDOWS = 500
+MOST_WINDOWS = 200
 """Of a longer recording as many are taken, evenly: they tell as much, and take less time."""
 MOST_ROWS, STRETCHES = 100_000, 20
 """Rows of a recording that are looked at, and in how many stretches."""

@@ -16,7 +16,13 @@ from recordings.foreign.header_units import Unit
 from recordings.foreign.matching import Matched
 from recordings.foreign.repairs import MendedTimes, mended_times
 from recordings.foreign.source_table import SourceTable
-from recordings.foreign.stamps import LARGE_S, Stamps, check_time_unit, stamps_of
+from recordings.foreign.stamps import (
+    LARGE_S,
+    Stamps,
+    candidates_for,
+    check_time_unit,
+    stamps_of,
+)
 from recordings.foreign.told import Told
 from recordings.foreign.units_asked import unit_asked
 from recordings.formats.columns import TIME
@@ -69,9 +75,15 @@ def clocks_of(
     for table, columns in zip(tables, named, strict=True):
         where = f"recording {table.name}"
         by_header: dict[str, tuple[Stamps, dict[str, Group]]] = {}
+        of_column: dict[tuple[str, ...], Stamps] = {}
         for sensor, group in chosen.sensors.items():
             if group.table is table:
-                stamps = _stamps(table, group, columns.get(TIME), asked, units, where)
+                candidates = candidates_for(table, group.kind)
+                if candidates not in of_column:
+                    of_column[candidates] = _stamps(
+                        table, group, columns.get(TIME), asked, units, where
+                    )
+                stamps = of_column[candidates]
                 by_header.setdefault(stamps.header, (stamps, {}))[1][sensor] = group
         for stamps, groups in by_header.values():
             found.append(_clock(table, stamps, groups, where))

@@ -87,7 +87,8 @@ def recording_of_tables(
         for sensor, scale in scales.items()
         if is_checked(scale) and sensor not in chosen.without_gravity
     }
-    check_units(recording, pen, read_as=read_as)
+    if read_as:
+        check_units(recording, pen, read_as=read_as)
     notes = (*told.notes, *(f"repaired: {sentence}" for sentence in told.repairs))
     return WrittenRecording(recording, notes=notes, findings=tuple(told.findings))
 

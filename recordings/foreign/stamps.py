@@ -122,8 +122,7 @@ def stamps_of(
         If there are none, or their unit cannot be what it says.
     """
     frame, rate_hz = table.frame, preamble_rate_hz(table.preamble)
-    names = [str(name) for name in frame.columns]
-    headers = [header] if header is not None else _for_kind(stamp_headers(names), kind)
+    headers = [header] if header is not None else list(candidates_for(table, kind))
     pair = _pair(headers)
     if pair is not None:
         seconds, rest = (loose_numbers(frame[name]) for name in pair)
@@ -243,11 +242,15 @@ def _quality(name: str, raw: Stamped, is_text: bool) -> tuple[float, bool, bool,
     )
 
 
-def _for_kind(headers: Sequence[str], kind: str | None) -> list[str]:
-    """Return the headers of stamps for a kind of readings; of none in particular where none is."""
+def candidates_for(table: SourceTable, kind: str | None) -> tuple[str, ...]:
+    """Return the columns that may be the stamps of a kind of readings.
+
+    Those of this kind are, where there are some, else those of none in particular.
+    """
+    headers = stamp_headers([str(name) for name in table.frame.columns])
     told = {header: kind_of_words(header) for header in headers}
     own = [header for header, named in told.items() if named is not None and named == kind]
-    return own or [header for header, named in told.items() if named is None] or list(headers)
+    return tuple(own or [h for h, named in told.items() if named is None] or headers)
 
 
 def _pair(headers: Sequence[str]) -> tuple[str, str] | None:

@@ -144,7 +144,6 @@ def _frame(
                 na_values=_NA,
                 skipinitialspace=True,
                 on_bad_lines="warn",
-                low_memory=False,
                 encoding_errors="replace",
             )
         except (ValueError, pd.errors.ParserError) as error:
