@@ -120,7 +120,7 @@ def estimate(
         check_options(estimator.value, settings)
         check_apart(
             [written.output, written.figure],
-            {"the recording": [source.recording], "the pen file": pen_paths(source.pen)},
+            {"the recording": source.recording, "the pen file": pen_paths(source.pen)},
         )
         with not_swallowed():
             summary = estimate_file(
@@ -129,6 +129,8 @@ def estimate(
                 written.output,
                 figure=written.figure,
                 units=read_units(source.units),
+                columns=source.columns,
+                strict=source.strict,
                 reporting=progress,
                 estimator=estimator.value,
                 settings=settings,

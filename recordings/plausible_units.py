@@ -28,6 +28,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimation.recording import Recording
 from models.arrays import Array
@@ -50,6 +51,10 @@ GENTLE = 0.1
 LEAST_TURN_RAD = math.radians(1.5)
 """… and |Δ|, which no unit of a rate can change, at least this."""
 LEAST_WINDOWS = 5
+MOST_WINDOWS = 200
+"""Of a longer recording as many are taken, evenly: they tell as much, and take less time."""
+MOST_ROWS, STRETCHES = 100_000, 20
+"""Rows of a recording that are looked at, and in how many stretches."""
 LEAST_CORRELATION = 0.75
 TURN_FACTOR = 2.0
 """How far k may lie from a unit's factor, either way."""
@@ -149,7 +154,8 @@ def rate_evidence(recording: Recording, pen: PenConfig, name: str) -> Evidence |
                 f"its rates are {1 / k:.3g} times as fast as gravity turns in {reference}",
             )
     limit = max(LARGEST_RATE_RAD_S, sensor.range_rad_s or 0.0)
-    largest = float(np.nanquantile(np.abs(recording.readings[name]), RATE_QUANTILE))
+    rates = recording.readings[name]
+    largest = float(np.nanquantile(np.abs(rates[spread(len(rates))]), RATE_QUANTILE))
     if largest <= limit:
         return None
     return Evidence(
@@ -157,6 +163,14 @@ def rate_evidence(recording: Recording, pen: PenConfig, name: str) -> Evidence |
         limit / largest,
         f"one in a hundred of its rates is beyond {largest:.3g} rad/s, as of no common sensor",
     )
+
+
+def spread(n: int) -> slice | NDArray[np.int64]:
+    """Return which of n rows are looked at: all, or of many as many as tell, in even stretches."""
+    if n <= MOST_ROWS:
+        return slice(None)
+    starts = np.linspace(0, n - MOST_ROWS // STRETCHES, STRETCHES).astype(np.int64)
+    return (starts[:, None] + np.arange(MOST_ROWS // STRETCHES)).ravel()
 
 
 def _feels_gravity(pen: PenConfig, name: str) -> bool:
@@ -211,7 +225,10 @@ def _turns(
     is_rough = np.abs(norm / np.median(norm) - 1)
     deltas, predictions = [], []
     # Half-overlapping windows, but only where there are samples.
-    for step in np.unique(np.floor((t - t[0]) / (WINDOW_S / 2))):
+    steps = np.unique(np.floor((t - t[0]) / (WINDOW_S / 2)))
+    if len(steps) > MOST_WINDOWS:
+        steps = steps[np.linspace(0, len(steps) - 1, MOST_WINDOWS).astype(int)]
+    for step in steps:
         start = t[0] + step * WINDOW_S / 2
         here = _samples(t, start)
         if (
@@ -240,7 +257,9 @@ def _longest_gap_s(time_s: Array, start_s: float) -> float:
 def _in_body_axes(recording: Recording, pen: PenConfig, name: str) -> tuple[Array, Array]:
     """Return the times (n,) of a sensor's complete readings and these (n, 3) in body axes."""
     sensor: Any = pen.sensors[name]
-    times, values = recording.sensor(name)
+    times, values = (
+        part[spread(len(part))] for part in (recording.time_s, recording.readings[name])
+    )
     complete = ~np.isnan(values).any(axis=1)
     rotation = np.array(sensor.sensor_to_body)[:, ["xyz".index(axis) for axis in sensor.axes]]
     return times[complete], values[complete] @ rotation.T

@@ -28,16 +28,21 @@ from estimation.recording import Recording
 from models.arrays import Array
 from models.border import reading
 from models.errors import InputError
+from models.limits import most
 from models.pen_config import PenConfig
-from recordings.formats.arrow import own_columns, read_arrow
+from models.plain_names import plain_name
+from models.regular_files import open_regular
+from recordings.foreign.source_table import SourceTable
+from recordings.formats.arrow import own_columns, read_arrow, read_headers
 from recordings.formats.columns import (
     ARRIVAL,
     TRUTH_PREFIX,
+    recording_columns,
 )
 from recordings.formats.csv_files import check_header, read_csv
 from recordings.formats.table_header import TableHeader
 from recordings.formats.table_writer import TableWriter
-from recordings.plausible_units import check_units
+from recordings.recording_check import UnitCheck
 from recordings.written import WrittenRecording
 
 TABLE_SUFFIXES = (".csv", ".parquet")
@@ -66,6 +71,19 @@ def _read_parquet(path: Path, where: str) -> pd.DataFrame:
     table = table.select(own_columns(table.column_names))
     check_header(table.column_names, where)
     return table.to_pandas()
+
+
+def read_parquet_table(
+    path: Path, where: str, header: Sequence[str] | None = None
+) -> list[SourceTable]:
+    """Read a Parquet file as a table, whatever its columns mean.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or a column has no name or that of another.
+    """
+    return [SourceTable(path.name, _read_parquet(path, where))]
 
 
 _READERS = MappingProxyType({".csv": read_csv, ".parquet": _read_parquet})
@@ -101,9 +119,30 @@ def load_table(
     """Read a recording from a table whose units make sense; see `recording_from_table`."""
     table = read_table(path)
     header = TableHeader.of(list(table.columns), pen, str(path), units=units)
+    header, notes = header.without_silent(pen, [table])
     recording = _whole(header, table)
-    check_units(recording, pen, read_as=header.units)
-    return WrittenRecording(recording)
+    check = UnitCheck(pen, header.units, stamps=header.stamps)
+    check.take(recording)
+    check.end()
+    return WrittenRecording(recording, notes=notes)
+
+
+def has_own_columns(path: Path, pen: PenConfig) -> bool:
+    """Whether every column of a CSV or Parquet file is one of a pen's recording, by its name."""
+    where = f"recording {path}"
+    if path.suffix == ".csv":
+        with open_regular(path, where, "a table", None) as file:
+            line = file.readline(most("columns") * most("cell_bytes")).decode(
+                "utf-8-sig", "replace"
+            )
+        headers = [cell.strip().strip('"') for cell in line.split(",")]
+    else:
+        try:
+            headers = read_headers(path, where, "a parquet table")
+        except InputError:
+            return True  # whose reader then says what is wrong
+    known = recording_columns(pen, {})
+    return all(header in known or plain_name(header) in known for header in headers)
 
 
 def recording_from_table(

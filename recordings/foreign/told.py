@@ -1,0 +1,16 @@
+"""What a reader says on its way through a file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from recordings.finding import Finding
+
+
+@dataclass(eq=False)
+class Told:
+    """Sentences on what was recognised or ignored, and on what was repaired."""
+
+    notes: list[str] = field(default_factory=list)
+    repairs: list[str] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
