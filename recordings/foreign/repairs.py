@@ -91,7 +91,10 @@ def _longest_session(
     """Return the longest part of a file in which the clock did not begin anew."""
     falls = np.flatnonzero(np.diff(times) < -RESTART_S) + 1
     # A stamp alone that is wrong is no new beginning.
-    starts = np.array([k for k in falls if (times[k : k + RESTART_ROWS] < times[k - 1]).all()], int)
+    n = RESTART_ROWS
+    starts = np.array(
+        [k for k in falls if times[k : k + n].max() < np.median(times[max(k - n, 0) : k])], int
+    )
     edges = [0, *starts.tolist(), len(times)]
     parts = [(a, b) for a, b in pairwise(edges) if b - a >= RESTART_ROWS]
     if len(parts) < 2 or sum(b - a for a, b in parts) < 0.9 * len(times):
@@ -107,16 +110,16 @@ def _longest_session(
 def _is_regular(times: Array) -> bool:
     steps = np.diff(times)
     usual = float(np.median(steps))
-    return bool(
-        usual > 0 and steps.min() > 0 and np.quantile(abs(steps - usual), 0.9) < REGULAR * usual
-    )
+    if not (usual > 0 and steps.min() > 0 and steps.max() < GAP_STEPS * usual):
+        return False
+    return bool(np.quantile(abs(steps - usual), 0.9) < REGULAR * usual)
 
 
 def _between_neighbours(times: Array) -> tuple[Array, int]:
     """Replace the fewest times so that they increase; return how many were."""
     kept = _increasing(times)
     n = len(times)
-    step = float(np.median(np.diff(times[kept]))) if len(kept) > 1 else 1.0
+    step = float(np.median(np.diff(times[kept]) / np.diff(kept))) if len(kept) > 1 else 1.0
     index, known = kept.astype(float), times[kept]
     # Beyond both ends a usual step goes on.
     index = np.concatenate([[-1.0], index, [float(n)]])
