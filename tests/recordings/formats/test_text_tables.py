@@ -116,13 +116,9 @@ def test_lines_that_are_no_rows(
     path.write_text(change(PLAIN))
     kept = len(T) - n
     found = check(read(path), time_s=T[:kept], force=FORCE[:kept], rate=RATE[:kept])
-    assert (f"repaired: pen.csv: {left_out} lines that are no rows" in said(found)) == bool(
-        left_out
-    )
+    assert (f"repaired: pen.csv: {left_out} line" in said(found)) == bool(left_out)
     if left_out:
-        with pytest.raises(
-            InputError, match="lines that are no rows of 7 cells left out, expected"
-        ):
+        with pytest.raises(InputError, match="left out, no row of 7 cells, expected a file"):
             read(path, strict=True)
     else:
         read(path, strict=True)

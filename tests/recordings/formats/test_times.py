@@ -107,7 +107,7 @@ def test_stamps_that_increase_are_left_alone() -> None:
 def test_equal_and_backward_stamps_go_between_their_neighbours() -> None:
     stamps = np.array([0.0, 0.01, 0.01, 0.03, 0.02, 0.05, 0.06])
     times, sentences = mended(stamps)
-    assert sentences == "1 equal and 1 backward stamps: 2 times placed between their neighbours'"
+    assert sentences == "1 equal and 1 backward stamps: 2 times placed between neighbours"
     np.testing.assert_array_equal(times[[0, 1, 5, 6]], [0, 0.01, 0.05, 0.06])
     assert len(times) == len(stamps)
 
@@ -131,7 +131,7 @@ def test_rows_out_of_order_are_sorted() -> None:
     found = mended_times(T[order], lambda: np.arange(len(T), dtype=float)[:, None])
     np.testing.assert_allclose(found.time_s, T)
     np.testing.assert_array_equal(order[found.rows], np.arange(len(T)))
-    assert "rows out of order at 1 places" in found.repairs[0]
+    assert "rows out of order at 1 place" in found.repairs[0]
 
 
 def test_the_longest_session_is_taken() -> None:
