@@ -17,7 +17,7 @@ from models.shown_text import short
 from recordings.foreign.column_names import ATTITUDE, POSITION, kind_of_words, meaning
 from recordings.foreign.header_units import KNOWN_UNITS, Unit, split_header
 from recordings.foreign.source_table import SourceTable
-from recordings.formats.columns import ARRIVAL, TIME, TRUTH_PREFIX, Column, numbers
+from recordings.formats.columns import ARRIVAL, TIME, TRUTH_PREFIX, Column, expected_for, numbers
 
 POSE = "pose_camera"
 POSE_AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
@@ -94,6 +94,33 @@ def canonical_headers(table: SourceTable, known: Mapping[str, Column]) -> dict[s
         if name is not None and name != TIME:
             found[header] = name
     return found
+
+
+def check_canonical(
+    table: SourceTable, canonical: Mapping[str, str], known: Mapping[str, Column], where: str
+) -> None:
+    """Raise `InputError` for two columns of one quantity, or a truth that is none.
+
+    Parameters
+    ----------
+    canonical : of `canonical_headers`
+    known : header → meaning, of `recordings.formats.columns.recording_columns`
+    """
+    found: dict[str, str] = {}
+    for header, name in canonical.items():
+        other = found.setdefault(known[name].quantity, header)
+        if other != header:
+            raise InputError(
+                f"{where}: columns {short(other)} and {short(header)} both give "
+                f"{known[name].quantity}, expected one"
+            )
+    if any(quantity.startswith(TRUTH_PREFIX) for quantity in found):
+        for header in map(str, table.frame.columns):
+            if header.startswith(TRUTH_PREFIX) and header not in canonical:
+                raise InputError(
+                    f"{where}: unknown column {short(header)}, "
+                    f"expected {expected_for(header, known)}"
+                )
 
 
 def groups_of(

@@ -13,6 +13,7 @@ from types import MappingProxyType
 
 import pandas as pd
 
+from models.shown_text import short
 from recordings.foreign.column_names import (
     ACCELEROMETER,
     GRAVITY,
@@ -39,16 +40,15 @@ def unstacked(table: SourceTable) -> list[SourceTable]:
     """Return a table for each sensor of one that names them row by row; itself for any other."""
     for header in map(str, table.frame.columns):
         kinds = _kinds(table.frame[header], header)
-        if kinds and not table.has_header:
-            table = _with_times(table, header)
-        values = _value_headers(table, header) if kinds else []
-        if kinds and len(values) >= 3:
+        timed = _with_times(table, header) if kinds and not table.has_header else table
+        values = _value_headers(timed, header) if kinds else []
+        if len(values) >= 3:
             return [
                 replace(
-                    table,
-                    name=f"{table.name} ({name})",
-                    frame=_part(table.frame, header, name, values, kind),
-                    said=(*table.said, f"rows of {name} are a sensor of its own"),
+                    timed,
+                    name=f"{table.name} ({short(name)})",
+                    frame=_part(timed.frame, header, name, values, kind),
+                    said=(*table.said, f"rows of {short(name)} are a sensor of its own"),
                 )
                 for name, kind in kinds.items()
             ]

@@ -56,8 +56,12 @@ def recording_of_clock(
             _check_axes(group, sensor, axes, where)
             values = group.values(axes, rows)
             values *= group.factors(axes, scales[sensor].unit.factor)
-        if not np.isnan(values).all():
+        missing = np.isnan(values).any(axis=1)
+        if not missing.all() or not np.isnan(values).all():
             readings[sensor] = values
+            if missing.any():
+                of_all = f"{int(missing.sum())} of {len(values)} rows"
+                told.notes.append(f"{sensor}: {of_all} without a whole reading")
         elif config.reads_touch or config.is_rest:
             told.notes.append(f"{sensor} has no reading, left out")
         else:

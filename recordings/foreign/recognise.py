@@ -9,13 +9,14 @@ from collections.abc import Mapping, Sequence
 
 from models.errors import InputError
 from models.pen_config import PenConfig
-from models.shown_text import short
+from models.shown_text import one_line, short
 from recordings.asked import Asked
 from recordings.finding import Finding
 from recordings.foreign.clocks import Clock, clocks_of, is_rate, origin_of
 from recordings.foreign.groups import (
     Group,
     canonical_headers,
+    check_canonical,
     columns_asked,
     groups_of,
     is_passed_on,
@@ -58,6 +59,9 @@ def recording_of_tables(
     known = recording_columns(pen, {})
     canonical = [canonical_headers(table, known) for table in tables]
     named = _columns_named(tables, pen, asked)
+    if not asked.columns:
+        for table, own in zip(tables, canonical, strict=True):
+            check_canonical(table, own, known, f"recording {name}")
     chosen = _match(tables, pen, canonical, known, named, name)
     told.notes += chosen.said
     units = {**({} if pen.recording is None else pen.recording.units), **asked.units}
@@ -89,8 +93,10 @@ def recording_of_tables(
     }
     if read_as:
         check_units(recording, pen, read_as=read_as)
-    notes = (*told.notes, *(f"repaired: {sentence}" for sentence in told.repairs))
-    return WrittenRecording(recording, notes=notes, findings=tuple(told.findings))
+    notes = [*told.notes, *(f"repaired: {sentence}" for sentence in told.repairs)]
+    return WrittenRecording(
+        recording, notes=tuple(map(one_line, notes)), findings=tuple(told.findings)
+    )
 
 
 def _columns_named(

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from models.arrays import Array
 from models.units import TIME_DIGITS
+from recordings.foreign.told import counted
 
 GAP_STEPS, LEAST_GAP_S = 5.0, 0.05
 """A step of more than so many usual ones, and of so much, is a gap."""
@@ -54,35 +55,34 @@ def mended_times(stamps_s: Array, readings: Callable[[], Array]) -> MendedTimes:
     """
     repairs: list[str] = []
     rows = np.flatnonzero(np.isfinite(stamps_s))
-    _count(repairs, len(stamps_s) - len(rows), "row{s} without a time left out")
+    if untimed := len(stamps_s) - len(rows):
+        repairs.append(f"{counted(untimed, 'row')} without a time left out")
     times = np.round(stamps_s[rows], TIME_DIGITS)
     same = np.flatnonzero(np.diff(times) == 0)
     if len(same):
         read = readings()[rows]
-        twice = [k + 1 for k in same if np.array_equal(read[k], read[k + 1], equal_nan=True)]
+        alike = (read[same] == read[same + 1]) | (np.isnan(read[same]) & np.isnan(read[same + 1]))
+        twice = same[alike.all(axis=1)] + 1
         rows, times = np.delete(rows, twice), np.delete(times, twice)
-        _count(repairs, len(twice), "row{s} written twice left out")
+        if len(twice):
+            repairs.append(f"{counted(len(twice), 'row')} written twice left out")
     rows, times = _longest_session(rows, times, repairs)
     if (np.diff(times) <= 0).any():
         order = np.argsort(times, kind="stable")
         if _is_regular(times[order]):
             moved = int((np.diff(times) < 0).sum())
             rows, times = rows[order], times[order]
-            repairs.append(f"rows out of order at {moved} places put in the order of their times")
+            places = counted(moved, "place")
+            repairs.append(f"rows out of order at {places} put in the order of their times")
         else:
             equal, back = int((np.diff(times) == 0).sum()), int((np.diff(times) < 0).sum())
             times, n = _between_neighbours(times)
             found = [f"{k} {word}" for k, word in ((equal, "equal"), (back, "backward")) if k]
             repairs.append(
-                f"{' and '.join(found)} stamps: {n} times placed between their neighbours'"
+                f"{' and '.join(found)} stamps: {counted(n, 'time')} placed between neighbours"
             )
     is_all = len(rows) == len(stamps_s) and bool((np.diff(rows) > 0).all())
     return MendedTimes(slice(None) if is_all else rows, times, tuple(repairs), _gaps(times))
-
-
-def _count(repairs: list[str], n: int, sentence: str) -> None:
-    if n:
-        repairs.append(f"{n} {sentence.format(s='s' * (n > 1))}")
 
 
 def _longest_session(
@@ -91,14 +91,17 @@ def _longest_session(
     """Return the longest part of a file in which the clock did not begin anew."""
     falls = np.flatnonzero(np.diff(times) < -RESTART_S) + 1
     # A stamp alone that is wrong is no new beginning.
-    starts = np.array([k for k in falls if (times[k : k + RESTART_ROWS] < times[k - 1]).all()], int)
+    n = RESTART_ROWS
+    starts = np.array(
+        [k for k in falls if times[k : k + n].max() < np.median(times[max(k - n, 0) : k])], int
+    )
     edges = [0, *starts.tolist(), len(times)]
     parts = [(a, b) for a, b in pairwise(edges) if b - a >= RESTART_ROWS]
     if len(parts) < 2 or sum(b - a for a, b in parts) < 0.9 * len(times):
         return rows, times
     a, b = max(parts, key=lambda part: part[1] - part[0])
     repairs.append(
-        f"the clock begins anew at {len(parts) - 1} place{'s' * (len(parts) > 2)}: "
+        f"the clock begins anew at {counted(len(parts) - 1, 'place')}: "
         f"the longest part, rows {rows[a] + 1} to {rows[b - 1] + 1}, is taken"
     )
     return rows[a:b], times[a:b]
@@ -107,16 +110,16 @@ def _longest_session(
 def _is_regular(times: Array) -> bool:
     steps = np.diff(times)
     usual = float(np.median(steps))
-    return bool(
-        usual > 0 and steps.min() > 0 and np.quantile(abs(steps - usual), 0.9) < REGULAR * usual
-    )
+    if not (usual > 0 and steps.min() > 0 and steps.max() < GAP_STEPS * usual):
+        return False
+    return bool(np.quantile(abs(steps - usual), 0.9) < REGULAR * usual)
 
 
 def _between_neighbours(times: Array) -> tuple[Array, int]:
     """Replace the fewest times so that they increase; return how many were."""
     kept = _increasing(times)
     n = len(times)
-    step = float(np.median(np.diff(times[kept]))) if len(kept) > 1 else 1.0
+    step = float(np.median(np.diff(times[kept]) / np.diff(kept))) if len(kept) > 1 else 1.0
     index, known = kept.astype(float), times[kept]
     # Beyond both ends a usual step goes on.
     index = np.concatenate([[-1.0], index, [float(n)]])
@@ -163,6 +166,5 @@ def _gaps(times: Array) -> tuple[str, ...]:
         return ()
     worst = gaps[np.argmax(steps[gaps])]
     return (
-        f"{len(gaps)} gap{'s' * (len(gaps) > 1)}, the longest of {steps[worst]:.3g} s "
-        f"at {times[worst]:.6g} s",
+        f"{counted(len(gaps), 'gap')}, the longest of {steps[worst]:.3g} s at {times[worst]:.6g} s",
     )

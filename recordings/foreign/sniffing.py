@@ -60,17 +60,16 @@ def sniffed(lines: Sequence[str]) -> Dialect | None:
         return None
     _, _, delimiter = max(found)
     rows = [split_cells(line, delimiter) for line in lines]
-    data = [i for i, cells in enumerate(rows) if _is_data(cells, delimiter)]
+    data = [i for i, cells in enumerate(rows) if _is_data(cells)]
     columns = Counter(len(rows[i]) for i in data).most_common(1)[0][0]
     first = next(i for i in data if len(rows[i]) == columns)
     cells = [cell for i in data for cell in rows[i]]
     commas = sum(_COMMA.fullmatch(cell) is not None for cell in cells)
     points = sum(_POINT.fullmatch(cell) is not None and "." in cell for cell in cells)
-    is_comma = delimiter != "," and commas > points
     trailing = all(not rows[i][-1] for i in data if len(rows[i]) == columns)
     names, start = _header(rows, first, columns, trailing=trailing)
     return Dialect(
-        delimiter, "," if is_comma else ".", names, first, columns, "\n".join(lines[:start])
+        delimiter, "," if commas > points else ".", names, first, columns, "\n".join(lines[:start])
     )
 
 
@@ -86,28 +85,26 @@ def split_cells(line: str, delimiter: str) -> list[str]:
         return [cell.strip() for cell in line.split(delimiter)]
 
 
-def is_number(cell: str, *, comma: bool = True) -> bool:
-    """Whether a cell is a number or a stamp of time."""
-    if _POINT.fullmatch(cell) or (comma and _COMMA.fullmatch(cell)):
-        return True
-    return _STAMP.fullmatch(cell) is not None
+def is_number(cell: str) -> bool:
+    """Whether a cell is a number, with a point or a comma, or a stamp of time."""
+    return any(form.fullmatch(cell) for form in (_POINT, _COMMA, _STAMP))
 
 
-def _is_data(cells: Sequence[str], delimiter: str) -> bool:
+def _is_data(cells: Sequence[str]) -> bool:
     told = [cell for cell in cells if cell.casefold() not in MISSING]
-    numbers = sum(is_number(cell, comma=delimiter != ",") for cell in told)
+    numbers = sum(is_number(cell) for cell in told)
     return len(cells) > 1 and numbers >= max(1, _LEAST_NUMBERS * len(told))
 
 
 def _quality(lines: Sequence[str], delimiter: str) -> tuple[float, float, int] | None:
     """Return the part of lines that are rows of one length, and of cells that are numbers."""
     rows = [split_cells(line, delimiter) for line in lines if line.strip()]
-    data = [cells for cells in rows if _is_data(cells, delimiter)]
+    data = [cells for cells in rows if _is_data(cells)]
     if not data:
         return None
     columns, alike = Counter(map(len, data)).most_common(1)[0]
     cells = [cell for row in data for cell in row if cell.casefold() not in MISSING]
-    numbers = sum(is_number(cell, comma=delimiter != ",") for cell in cells)
+    numbers = sum(is_number(cell) for cell in cells)
     return round(alike / len(rows) * numbers / len(cells), 3), numbers / len(cells), columns
 
 

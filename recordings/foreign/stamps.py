@@ -21,6 +21,7 @@ from models.errors import InputError
 from recordings.foreign.column_names import kind_of_words, time_words
 from recordings.foreign.header_units import KNOWN_UNITS, Unit, words_of
 from recordings.foreign.source_table import SourceTable
+from recordings.foreign.told import counted
 from recordings.formats.columns import loose_numbers
 
 SLOWEST_HZ, FASTEST_HZ = 4.0, 20_000.0
@@ -338,7 +339,7 @@ def _unwrapped(stamps: Stamps) -> Stamps:
         return stamps
     whole = raw.dtype.kind == "i" and float(modulus_found).is_integer()
     mended = raw + (added.astype(np.int64) if whole else added)
-    what = f"{wraps} overflow{'s' * (wraps > 1)} of {stamps.header} at {modulus_found:.10g} undone"
+    what = f"{counted(wraps, 'overflow')} of {stamps.header} at {modulus_found:.10g} undone"
     if modulus_found == DAY_NS:
-        what = f"midnight passed {wraps} time{'s' * (wraps > 1)} in {stamps.header}"
+        what = f"midnight passed {counted(wraps, 'time')} in {stamps.header}"
     return replace(stamps, raw=mended, repairs=(*stamps.repairs, what))

@@ -7,6 +7,11 @@ from dataclasses import dataclass, field
 from recordings.finding import Finding
 
 
+def counted(n: int, noun: str) -> str:
+    """Return ``1 row`` or ``3 rows``."""
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
+
+
 @dataclass(eq=False)
 class Told:
     """Sentences on what was recognised or ignored, and on what was repaired."""

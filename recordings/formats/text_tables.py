@@ -22,6 +22,7 @@ from models.limits import check_most
 from models.shown_text import value_text
 from recordings.foreign.sniffing import MISSING, Dialect, sniffed, split_cells
 from recordings.foreign.source_table import SourceTable
+from recordings.foreign.told import counted
 from recordings.formats.cell_limits import check_cells
 from recordings.formats.columns import loose_numbers
 from recordings.formats.keyed_lines import bare, keys_of, without_keys
@@ -83,9 +84,8 @@ def read_text_table(
     frame = frame.drop(columns=[] if header else unnamed)
     said, repairs = _said(dialect, encoding), []
     if longer + short:
-        repairs.append(
-            f"{longer + short} lines that are no rows of {dialect.columns} cells left out"
-        )
+        lines_out = counted(longer + short, "line")
+        repairs.append(f"{lines_out} left out, no row of {dialect.columns} cells")
     return [
         SourceTable(
             path.name, frame, dialect.preamble, tuple(said), tuple(repairs),
