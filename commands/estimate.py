@@ -111,7 +111,8 @@ def estimate(
     deviations (…_std), status, flagged (accel:stuck+camera:outlier),
     iterations and step_time_s; where a row was told later than the instant
     it speaks of, arrival_s too. Readings are tested (--no-watch does not).
-    CSV and Parquet may be of any length: they are read and written in parts.
+    CSV and Parquet with columns like these may be of any length: they are
+    read and written in parts. What any other logger wrote is read whole.
     """
     # Tables and figures are slow to import: only where a command needs them.
     from pen_mhe.estimate_file import estimate_file

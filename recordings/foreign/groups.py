@@ -22,6 +22,8 @@ from recordings.formats.columns import ARRIVAL, TIME, TRUTH_PREFIX, Column, expe
 POSE = "pose_camera"
 POSE_AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
 """Of a position and a quaternion, which becomes a rotation vector."""
+TURNS = ("rx", "ry", "rz")
+"""Axes of a rotation vector."""
 
 
 Rows = slice | NDArray[np.int64]
@@ -67,10 +69,22 @@ class Group:
         return np.column_stack(found)
 
     def factors(self, axes: Sequence[str], factor: float) -> Array:
-        """Return the factors to SI (k,): those of the columns' own names, else one for all."""
+        """Return the factors to SI (k,): those of the columns' own names, else one for all.
+
+        A pose's angles have that of their headers, else are in rad.
+        """
+        if self.kind == POSE and not self.own:
+            return np.array(
+                [_angle_factor(self.headers[a]) if a in TURNS else factor for a in axes]
+            )
         if not self.own:
             return np.full(len(axes), factor)
         return np.array([self.known[self.own[axis]].factor for axis in axes])
+
+    @property
+    def has_quaternion(self) -> bool:
+        """Whether it is a pose whose attitude is a quaternion."""
+        return self.kind == POSE and "qw" in self.headers
 
     def used(self) -> tuple[str, ...]:
         """Return the names of its columns."""
@@ -198,6 +212,11 @@ def with_poses(groups: Sequence[Group]) -> list[Group]:
                 headers = {**place.headers, **{f"q{a}": h for a, h in turn.headers.items()}}
                 joined.append(Group(POSE, place.label, place.table, headers, place.unit))
     return joined
+
+
+def _angle_factor(header: str) -> float:
+    unit = split_header(header)[1]
+    return 1.0 if unit is None or unit.si != "rad" else unit.factor
 
 
 def is_passed_on(quantity: str) -> bool:

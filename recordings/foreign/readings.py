@@ -14,7 +14,7 @@ from models.pen_config import PenConfig
 from models.shown_text import short
 from models.units import TIME_DIGITS
 from recordings.foreign.clocks import Clock
-from recordings.foreign.groups import POSE, POSE_AXES, Group
+from recordings.foreign.groups import POSE_AXES, Group
 from recordings.foreign.scales import Scale
 from recordings.foreign.told import Told
 from recordings.formats.columns import ARRIVAL, TRUTH_PREFIX, Column, expected_for, numbers
@@ -50,7 +50,7 @@ def recording_of_clock(
     for sensor, group in clock.groups.items():
         config = pen.sensors[sensor]
         axes = [axis for axis, _ in config.reading_axes]
-        if group.kind == POSE:
+        if group.has_quaternion:
             values = _poses(group.values(POSE_AXES, rows), scales[sensor])
         else:
             _check_axes(group, sensor, axes, where)

@@ -42,7 +42,7 @@ from recordings.formats.columns import (
 from recordings.formats.csv_files import check_header, read_csv
 from recordings.formats.table_header import TableHeader
 from recordings.formats.table_writer import TableWriter
-from recordings.recording_check import UnitCheck
+from recordings.recording_check import RecordingCheck
 from recordings.written import WrittenRecording
 
 TABLE_SUFFIXES = (".csv", ".parquet")
@@ -121,7 +121,7 @@ def load_table(
     header = TableHeader.of(list(table.columns), pen, str(path), units=units)
     header, notes = header.without_silent(pen, [table])
     recording = _whole(header, table)
-    check = UnitCheck(pen, header.units, stamps=header.stamps)
+    check = RecordingCheck(header, pen)
     check.take(recording)
     check.end()
     return WrittenRecording(recording, notes=notes)
