@@ -221,9 +221,13 @@ def _parsed(texts: pd.Series, options: Mapping[str, object]) -> pd.Series:
         return pd.Series(pd.NaT, index=texts.index)
 
 
-def _nanoseconds(dates: pd.Series) -> Stamped:
-    counted = dates.dt.tz_convert(None).astype("datetime64[ns]").to_numpy().astype(np.int64)
+def _nanoseconds(dates: pd.Series) -> Stamped | None:
+    """Return dates as nanoseconds from 1970; None where they are too far from it."""
     missing = dates.isna().to_numpy()
+    try:
+        counted = dates.dt.tz_convert(None).astype("datetime64[ns]").to_numpy().astype(np.int64)
+    except ValueError:
+        return None
     return np.where(missing, np.nan, counted) if missing.any() else counted
 
 
