@@ -31,15 +31,12 @@ from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.border import reading
 from models.errors import InputError
-from models.limits import most
 from models.pen_config import PenConfig
-from models.plain_names import plain_headers, plain_name
-from models.regular_files import open_regular
+from models.plain_names import plain_headers
 from models.shown_text import short
 from models.units import TIME_DIGITS
 from models.version import version_metadata
 from recordings.foreign.header_units import KNOWN_UNITS
-from recordings.foreign.source_table import SourceTable
 from recordings.foreign.stamps import check_time_unit
 from recordings.formats.arrow import read_arrow
 from recordings.formats.columns import (
@@ -87,19 +84,6 @@ def _read_parquet(path: Path, where: str) -> pd.DataFrame:
     table = table.select(kept)
     check_header(table.column_names, where)
     return table.to_pandas()
-
-
-def read_parquet_table(
-    path: Path, where: str, header: Sequence[str] | None = None
-) -> list[SourceTable]:
-    """Read a Parquet file as a table, whatever its columns mean.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or a column has no name or that of another.
-    """
-    return [SourceTable(path.name, _read_parquet(path, where))]
 
 
 _PANDAS_INDEX = re.compile(r"__index_level_\d+__")
@@ -175,25 +159,6 @@ def _without_silent(
             table = table.drop(columns=headers)
             notes.append(f"{sensor} has no reading, left out")
     return table, tuple(notes)
-
-
-def has_own_columns(path: Path, pen: PenConfig) -> bool:
-    """Whether every column of a CSV or Parquet file is one of a pen's recording, by its name."""
-    where = f"recording {path}"
-    if path.suffix == ".csv":
-        with open_regular(path, where, "a table", "table_bytes") as file:
-            line = file.readline(most("columns") * most("cell_bytes")).decode(
-                "utf-8-sig", "replace"
-            )
-        headers = [cell.strip().strip('"') for cell in line.split(",")]
-    else:
-        try:
-            with open_regular(path, where, "a table", "table_bytes") as file:
-                headers = pyarrow.parquet.read_schema(file).names
-        except (pyarrow.ArrowException, ValueError, OSError):
-            return True  # whose reader then says what is wrong
-    known = recording_columns(pen, {})
-    return all(header in known or plain_name(header) in known for header in headers)
 
 
 def recording_from_table(
