@@ -177,9 +177,7 @@ def estimate(
     if not isinstance(recording, Recording | WrittenRecording):
         written = read_written(recording, config, units=units, columns=columns, strict=strict)
     elif units or columns:
-        raise InputError(
-            "units or columns are given for a recording, expected none: its are SI and its sensors'"
-        )
+        raise InputError("units or columns are given for a recording, expected none: it is in SI")
     elif isinstance(recording, Recording):
         written = WrittenRecording(recording)
     else:

@@ -16,8 +16,6 @@ from recordings.foreign.clocks import Clock, clocks_of, is_rate, origin_of
 from recordings.foreign.groups import (
     Group,
     canonical_headers,
-    check_canonical,
-    columns_asked,
     groups_of,
     is_passed_on,
     with_poses,
@@ -25,6 +23,7 @@ from recordings.foreign.groups import (
 from recordings.foreign.loggers import logger_of
 from recordings.foreign.long_tables import unstacked
 from recordings.foreign.matching import Matched, matched
+from recordings.foreign.named_columns import check_canonical, columns_asked
 from recordings.foreign.readings import merged, recording_of_clock
 from recordings.foreign.scales import Scale, check_asked, is_checked, scales_of
 from recordings.foreign.source_table import SourceTable

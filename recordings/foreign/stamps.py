@@ -13,14 +13,13 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
-import pandas as pd
-from numpy.typing import NDArray
 
 from models.arrays import Array
 from models.errors import InputError
 from recordings.foreign.column_names import kind_of_words, time_words
 from recordings.foreign.header_units import KNOWN_UNITS, Unit, words_of
 from recordings.foreign.source_table import SourceTable
+from recordings.foreign.stamped_cells import Stamped, stamped_cells
 from recordings.foreign.told import counted
 from recordings.formats.columns import loose_numbers
 
@@ -51,9 +50,6 @@ _RATE = re.compile(
 )
 _COUNTERS = frozenset(("packetcounter", "samplecounter", "counter", "sample", "index", "frame"))
 _COUNTER_OVERFLOW = 2.0**16
-
-
-Stamped = NDArray[np.float64] | NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +127,7 @@ def stamps_of(
         return Stamps(" and ".join(pair), whole * 10**9 + part, KNOWN_UNITS["ns"], "pair")
     usable: list[tuple[str, Stamped, bool]] = []
     for one in headers:
-        stamped, texts = _raw(frame[one])
+        stamped, texts = stamped_cells(frame[one])
         if stamped is not None:
             usable.append((one, stamped, texts))
     if not usable:
@@ -184,47 +180,6 @@ def preamble_rate_hz(preamble: str) -> float | None:
     """Return the rate that the lines above a header give, as Xsens' ``// Update Rate: 100.0Hz``."""
     found = _RATE.search(preamble)
     return None if found is None else float(found[1].replace(",", ".")) or None
-
-
-def _raw(cells: pd.Series) -> tuple[Stamped | None, bool]:
-    """Return stamps as numbers, and whether they were dates; those in ns then."""
-    if cells.dtype.kind == "M":
-        return _nanoseconds(pd.to_datetime(cells, utc=True)), True
-    if cells.dtype.kind in "iu":
-        return cells.to_numpy(dtype=np.int64), False
-    numbers = loose_numbers(cells)
-    if np.isfinite(numbers).mean() > 0.5:
-        return np.where(np.isfinite(numbers), numbers, np.nan), False
-    if cells.dtype.kind not in "OTU" and not pd.api.types.is_string_dtype(cells):
-        return None, False
-    texts = cells.astype("string").str.strip().str.replace(",", ".", regex=False)
-    first = texts.dropna().head(20)
-    if not len(first):
-        return None, False
-    if first.str.fullmatch(r"\d{1,2}:\d{2}(:\d{2}(\.\d*)?)?").all():
-        spans = pd.to_timedelta(texts, errors="coerce")
-        return np.where(spans.isna(), np.nan, spans.dt.total_seconds() * 1e9), True
-    day_first = bool(first.str.match(r"\d{1,2}\.\d{1,2}\.\d{4}").all())
-    for options in ({"format": "ISO8601"}, {"format": "mixed", "dayfirst": day_first}):
-        if options["format"] == "mixed" and _parsed(first, options).isna().mean() > 0.5:
-            return None, False
-        dates = _parsed(texts, options)
-        if dates.notna().mean() > 0.5:
-            return _nanoseconds(dates), True
-    return None, False
-
-
-def _parsed(texts: pd.Series, options: Mapping[str, object]) -> pd.Series:
-    try:
-        return pd.Series(pd.to_datetime(texts, errors="coerce", utc=True, **options))  # type: ignore[call-overload]
-    except (ValueError, OverflowError, TypeError):
-        return pd.Series(pd.NaT, index=texts.index)
-
-
-def _nanoseconds(dates: pd.Series) -> Stamped:
-    counted = dates.dt.tz_convert(None).astype("datetime64[ns]").to_numpy().astype(np.int64)
-    missing = dates.isna().to_numpy()
-    return np.where(missing, np.nan, counted) if missing.any() else counted
 
 
 def _quality(name: str, raw: Stamped, is_text: bool) -> tuple[float, bool, bool, bool, bool, int]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path, PurePosixPath
 
 from models.errors import InputError
@@ -21,16 +21,20 @@ ZIP_SUFFIXES = (".zip",)
 EXPECTED = "tables of one recording"
 
 
-def read_folder(path: Path, where: str, header: Sequence[str] | None = None) -> list[SourceTable]:
-    """Read the tables of a folder; those that are none are named and left out.
+Parse = Callable[[Path, str, Sequence[str] | None], list[SourceTable] | None]
+"""Reads the tables of a file of any format; None where it is of none."""
+
+
+def read_folder(
+    path: Path, where: str, header: Sequence[str] | None, *, parse: Parse
+) -> list[SourceTable]:
+    """Read the tables of a folder; what is none is left out.
 
     Raises
     ------
     InputError
         If none of its files is a table.
     """
-    from recordings.formats.table import tables_of
-
     files = sorted(one for one in path.rglob("*") if one.is_file() and one.name[0] != ".")
     check_most("members", len(files), where)
     found: list[SourceTable] = []
@@ -38,7 +42,7 @@ def read_folder(path: Path, where: str, header: Sequence[str] | None = None) -> 
     for file in files:
         name = file.relative_to(path).as_posix()
         try:
-            found += tables_of(file, f"{where}: {name}", header) or []
+            found += parse(file, f"{where}: {name}", header) or []
         except InputError as error:
             refused.append(str(error))
     if not found:
@@ -50,7 +54,9 @@ def read_folder(path: Path, where: str, header: Sequence[str] | None = None) -> 
     return found
 
 
-def read_zip(path: Path, where: str, header: Sequence[str] | None = None) -> list[SourceTable]:
+def read_zip(
+    path: Path, where: str, header: Sequence[str] | None, *, parse: Parse
+) -> list[SourceTable]:
     """Read the tables of an archive.
 
     Raises
@@ -71,7 +77,7 @@ def read_zip(path: Path, where: str, header: Sequence[str] | None = None) -> lis
             raise
         except Exception as error:  # whatever a damaged archive makes of itself
             raise InputError(f"{where}: cannot be unpacked, expected {EXPECTED}") from error
-        return read_folder(folder, where, header)
+        return read_folder(folder, where, header, parse=parse)
 
 
 def _unpack(archive: zipfile.ZipFile, folder: Path, where: str) -> None:

@@ -15,9 +15,10 @@ from recordings.foreign.source_table import SourceTable
 from recordings.formats.bundles import ZIP_SUFFIXES, read_folder, read_zip
 from recordings.formats.dpoint import is_dpoint_folder, load_dpoint
 from recordings.formats.excel import EXCEL_SUFFIXES, read_excel
+from recordings.formats.own_tables import has_own_columns, read_parquet_table
 from recordings.formats.ros_bags import is_bag, read_ros_bag
 from recordings.formats.table_stream import TableStream, table_stream
-from recordings.formats.tables import has_own_columns, load_table, read_parquet_table
+from recordings.formats.tables import load_table
 from recordings.formats.text_tables import TEXT_SUFFIXES, read_text_table
 from recordings.written import WrittenRecording
 
@@ -92,13 +93,23 @@ def _load_table(path: Path, pen: PenConfig, asked: Asked) -> WrittenRecording:
     return load_table(path, pen, units=asked.units)
 
 
+def _read_folder(
+    path: Path, where: str, header: Sequence[str] | None = None, /
+) -> list[SourceTable]:
+    return read_folder(path, where, header, parse=tables_of)
+
+
+def _read_zip(path: Path, where: str, header: Sequence[str] | None = None, /) -> list[SourceTable]:
+    return read_zip(path, where, header, parse=tables_of)
+
+
 def _ends_in(*suffixes: str) -> Callable[[Path], bool]:
     """Return whether a path's name ends so, packed by gzip or not."""
     return lambda path: path.name.casefold().removesuffix(".gz").endswith(suffixes)
 
 
 FORMATS: tuple[RecordingFormat, ...] = (
-    RecordingFormat("a folder of tables", Path.is_dir, read_folder),
+    RecordingFormat("a folder of tables", Path.is_dir, _read_folder),
     RecordingFormat("a D-POINT folder", is_dpoint_folder, read=_load_dpoint),
     RecordingFormat(".txt or .tsv", _ends_in(*TEXT_SUFFIXES), read_text_table),
     RecordingFormat(
@@ -112,7 +123,7 @@ FORMATS: tuple[RecordingFormat, ...] = (
         table_stream,
     ),
     RecordingFormat(".xlsx", _ends_in(*EXCEL_SUFFIXES), read_excel),
-    RecordingFormat(".zip", _ends_in(*ZIP_SUFFIXES), read_zip),
+    RecordingFormat(".zip", _ends_in(*ZIP_SUFFIXES), _read_zip),
     RecordingFormat("a ROS bag", is_bag, read_ros_bag),
 )
 """A format exists with its row here; of several that recognise a path, the last reads it."""

@@ -28,16 +28,11 @@ from estimation.recording import Recording
 from models.arrays import Array
 from models.border import reading
 from models.errors import InputError
-from models.limits import most
 from models.pen_config import PenConfig
-from models.plain_names import plain_name
-from models.regular_files import open_regular
-from recordings.foreign.source_table import SourceTable
-from recordings.formats.arrow import own_columns, read_arrow, read_headers
+from recordings.formats.arrow import own_columns, read_arrow
 from recordings.formats.columns import (
     ARRIVAL,
     TRUTH_PREFIX,
-    recording_columns,
 )
 from recordings.formats.csv_files import check_header, read_csv
 from recordings.formats.table_header import TableHeader
@@ -71,19 +66,6 @@ def _read_parquet(path: Path, where: str) -> pd.DataFrame:
     table = table.select(own_columns(table.column_names))
     check_header(table.column_names, where)
     return table.to_pandas()
-
-
-def read_parquet_table(
-    path: Path, where: str, header: Sequence[str] | None = None
-) -> list[SourceTable]:
-    """Read a Parquet file as a table, whatever its columns mean.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or a column has no name or that of another.
-    """
-    return [SourceTable(path.name, _read_parquet(path, where))]
 
 
 _READERS = MappingProxyType({".csv": read_csv, ".parquet": _read_parquet})
@@ -125,24 +107,6 @@ def load_table(
     check.take(recording)
     check.end()
     return WrittenRecording(recording, notes=notes)
-
-
-def has_own_columns(path: Path, pen: PenConfig) -> bool:
-    """Whether every column of a CSV or Parquet file is one of a pen's recording, by its name."""
-    where = f"recording {path}"
-    if path.suffix == ".csv":
-        with open_regular(path, where, "a table", None) as file:
-            line = file.readline(most("columns") * most("cell_bytes")).decode(
-                "utf-8-sig", "replace"
-            )
-        headers = [cell.strip().strip('"') for cell in line.split(",")]
-    else:
-        try:
-            headers = read_headers(path, where, "a parquet table")
-        except InputError:
-            return True  # whose reader then says what is wrong
-    known = recording_columns(pen, {})
-    return all(header in known or plain_name(header) in known for header in headers)
 
 
 def recording_from_table(
