@@ -1,7 +1,7 @@
 """The unit of inertial readings without one: from gravity, and from how fast it turns.
 
 Of an accelerometer the median of |f| is near gravity in one unit, or in counts of one of the
-common ranges. Of a gyroscope `recordings.plausible_units.turn_factor` fits how much faster its
+common ranges. Of a gyroscope `recordings.turn_factor.turn_factor` fits how much faster its
 rates are than gravity turns in the accelerometer of the same chip.
 """
 
@@ -15,7 +15,8 @@ import numpy as np
 from models.arrays import Array
 from models.units import STANDARD_GRAVITY_M_S2
 from recordings.foreign.header_units import KNOWN_UNITS, Unit
-from recordings.plausible_units import LARGEST_RATE_RAD_S, turn_factor
+from recordings.plausible_units import LARGEST_RATE_RAD_S
+from recordings.turn_factor import turn_factor
 
 _DEG = math.pi / 180
 ACCELERATION_UNITS = ("m_s2", "g", "mg", "cm_s2")
