@@ -37,7 +37,7 @@ from models.shown_text import short
 from models.units import TIME_DIGITS
 from models.version import version_metadata
 from recordings.foreign.header_units import KNOWN_UNITS
-from recordings.foreign.stamps import check_time_unit
+from recordings.foreign.time_units import check_time_unit
 from recordings.formats.arrow import read_arrow
 from recordings.formats.columns import (
     ARRIVAL,
