@@ -175,15 +175,12 @@ def estimate(
     """
     config = as_pen(pen)
     if not isinstance(recording, Recording | WrittenRecording):
-        written = read_written(recording, config, units=units, columns=columns, strict=strict)
+        recording = read_written(recording, config, units=units, columns=columns, strict=strict)
     elif units or columns:
-        raise InputError("units or columns are given for a recording, expected none: it is in SI")
-    elif isinstance(recording, Recording):
-        written = WrittenRecording(recording)
-    else:
-        written = recording
+        what = "units" if units else "columns"
+        raise InputError(f"{what} are given for a recording, expected none: its are SI")
     return estimate_recording(
-        written,
+        WrittenRecording(recording) if isinstance(recording, Recording) else recording,
         config,
         estimator=estimator,
         settings=settings,

@@ -16,7 +16,7 @@ from estimation.recording_parts import joined
 from models.errors import InputError
 from models.pen_config import PenConfig
 from recordings.foreign.header_units import KNOWN_UNITS
-from recordings.foreign.stamps import check_time_unit
+from recordings.foreign.time_units import check_time_unit
 from recordings.formats.columns import TIME
 from recordings.formats.table_header import TableHeader
 from recordings.plausible_units import spread, unit_verdicts

@@ -20,9 +20,9 @@ from recordings.foreign.stamps import (
     LARGE_S,
     Stamps,
     candidates_for,
-    check_time_unit,
     stamps_of,
 )
+from recordings.foreign.time_units import check_time_unit
 from recordings.foreign.told import Told
 from recordings.foreign.units_asked import unit_asked
 from recordings.formats.columns import TIME

@@ -8,9 +8,8 @@ one of inertial sensors, nearest to 100 Hz.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
 import numpy as np
 
@@ -20,22 +19,10 @@ from recordings.foreign.column_names import kind_of_words, time_words
 from recordings.foreign.header_units import KNOWN_UNITS, Unit, words_of
 from recordings.foreign.source_table import SourceTable
 from recordings.foreign.stamped_cells import Stamped, stamped_cells
+from recordings.foreign.time_units import found_unit, preamble_rate_hz, usual_step
 from recordings.foreign.told import counted
 from recordings.formats.columns import loose_numbers
 
-SLOWEST_HZ, FASTEST_HZ = 4.0, 20_000.0
-"""Rates of an inertial sensor that follows a hand."""
-USUAL_HZ = 100.0
-FINE: Mapping[str, tuple[str, ...]] = MappingProxyType({"sampletimefine": ("100us",)})
-"""Header → more units that it may be in: Xsens' MTi counts tenths of a millisecond."""
-CANDIDATES = ("s", "ms", "us", "100ns", "ns")
-"""Units of stamps without one, of several alike the first counts."""
-EPOCHS_S: Mapping[str, float] = MappingProxyType(
-    {"1970-01-01": 0.0, "1601-01-01": 11_644_473_600.0, "0001-01-01": 62_135_596_800.0}
-)
-"""Day from which clocks count → seconds from it to 1970."""
-CENTURY_S = (946_684_800.0, 4_102_444_800.0)
-"""2000 to 2100, from 1970."""
 LARGE_S = 1e8
 """Stamps from here on are shifted to begin at zero: they count from an epoch."""
 OVERFLOWS = (2.0**16, 2.0**24, 2.0**32, 2**32 / 1e3, 2**32 / 1e6)
@@ -44,10 +31,6 @@ DAY_NS = 86_400 * 10**9
 LONGEST_STEPS = 20.0
 """An overflow leads to a step of so many usual ones at most."""
 _PARTS = re.compile(r"(nano|n)\s?sec")
-_RATE = re.compile(
-    r"(?:update|sampl\w*|output|data|frame)[ _]*(?:rate|freq\w*)\D{0,20}?(\d+(?:[.,]\d+)?)",
-    re.IGNORECASE,
-)
 _COUNTERS = frozenset(("packetcounter", "samplecounter", "counter", "sample", "index", "frame"))
 _COUNTER_OVERFLOW = 2.0**16
 
@@ -143,43 +126,8 @@ def stamps_of(
     elif written is not None:
         stamps = Stamps(name, raw, written, "header")
     else:
-        stamps = Stamps(name, raw, _found_unit(name, raw, rate_hz), "found")
+        stamps = Stamps(name, raw, found_unit(name, raw, rate_hz), "found")
     return _unwrapped(stamps)
-
-
-def check_time_unit(header: str, unit: Unit, time_s: Array, where: str) -> None:
-    """Refuse times in a unit in which no inertial sensor is so slow or fast, and another would do.
-
-    Parameters
-    ----------
-    header, unit : of the column of stamps
-    time_s : (n,) of the readings of an inertial sensor, converted from that unit
-
-    Raises
-    ------
-    InputError
-        The message names the unit that they look like.
-    """
-    step_s = _usual_step(time_s)
-    if step_s is None or 1 / FASTEST_HZ <= step_s <= 1 / SLOWEST_HZ:
-        return
-    step = step_s / unit.factor
-    likely = [
-        name for name in CANDIDATES
-        if 1 / FASTEST_HZ <= step * KNOWN_UNITS[name].factor <= 1 / SLOWEST_HZ
-    ]  # fmt: skip
-    if likely:
-        best = min(likely, key=lambda name: _off(step * KNOWN_UNITS[name].factor))
-        raise InputError(
-            f"{where}: column {header} was read in {unit.name} but looks like {best} "
-            f"({1 / step_s:.3g} readings a second), expected --units time={best}"
-        )
-
-
-def preamble_rate_hz(preamble: str) -> float | None:
-    """Return the rate that the lines above a header give, as Xsens' ``// Update Rate: 100.0Hz``."""
-    found = _RATE.search(preamble)
-    return None if found is None else float(found[1].replace(",", ".")) or None
 
 
 def _quality(name: str, raw: Stamped, is_text: bool) -> tuple[float, bool, bool, bool, bool, int]:
@@ -241,45 +189,12 @@ def _counted(
     )
 
 
-def _found_unit(name: str, raw: Stamped, rate_hz: float | None) -> Unit:
-    known = raw[np.isfinite(raw)]
-    step = _usual_step(np.asarray(known, dtype=float))
-    first = float(known[0]) if len(known) else 0.0
-    names = CANDIDATES + FINE.get("".join(words_of(name)), ())
-    if "ticks" in words_of(name):
-        names = ("100ns", "us", "ms")
-    candidates = [KNOWN_UNITS[one] for one in names]
-    if step is None:
-        return candidates[0]
-    for unit in candidates:
-        since_s = [first * unit.factor - before_s for before_s in EPOCHS_S.values()]
-        of_century = any(CENTURY_S[0] < one < CENTURY_S[1] for one in since_s)
-        if of_century and step * unit.factor <= 10 / SLOWEST_HZ:
-            return unit
-    if rate_hz is not None:
-        return min(candidates, key=lambda unit: abs(np.log(step * unit.factor * rate_hz)))
-    return min(candidates, key=lambda unit: _off(step * unit.factor))
-
-
-def _off(step_s: float) -> float:
-    """Return how far a step is from a usual one; twice as far where no sensor has it."""
-    off = abs(np.log(step_s * USUAL_HZ))
-    return float(off if 1 / FASTEST_HZ <= step_s <= 1 / SLOWEST_HZ else 2 * off + 10)
-
-
-def _usual_step(values: Array) -> float | None:
-    """Return the median of the steps forward; None where there is none."""
-    steps = np.diff(values[np.isfinite(values)])
-    forward = steps[steps > 0]
-    return float(np.median(forward)) if len(forward) else None
-
-
 def _unwrapped(stamps: Stamps) -> Stamps:
     """Return stamps that go on where a counter, or a day, began again."""
     raw = stamps.raw
     steps = np.diff(np.asarray(raw, dtype=float))
     back = np.flatnonzero(steps < 0)
-    step = _usual_step(np.asarray(raw, dtype=float))
+    step = usual_step(np.asarray(raw, dtype=float))
     if not len(back) or step is None:
         return stamps
     moduli = (*OVERFLOWS, float(DAY_NS)) if stamps.unit.name == "ns" else OVERFLOWS
