@@ -62,6 +62,7 @@ class SensorModel:
         nothing in the air; None for others
     dropout_fraction, huber, gate_probability : see `models.sensor_kinds.mounted.SensorBase`; the
         last two are for whoever builds an estimator, see `losses`
+    usual_innovations : see `models.sensor_kinds.mounted.SensorBase`; for a watch
     bias_states : names of the model's states that are this sensor's biases
     bias_walk : density of their random walk, the reading's unit per √s
     sees_pose, feels_gravity, reads_rate : see `models.sensor_kinds.mounted.SensorBase`
@@ -88,6 +89,7 @@ class SensorModel:
     dropout_fraction: float = 0.0
     huber: float | None = None
     gate_probability: float | None = None
+    usual_innovations: tuple[float, ...] | None = None
     bias_states: tuple[str, ...] = ()
     bias_walk: float = 0.0
     sees_pose: bool = False

@@ -13,7 +13,8 @@ import numpy as np
 from estimation.machine import Machine, address, declared
 from estimation.native import LOOPS, STRICT, CSource, shared_libraries
 from estimation.watch.asked import Calmer, Known
-from estimation.watch.statistics import LIVELIER, REPEATS_S, Statistics
+from estimation.watch.limits import REPEATS_S
+from estimation.watch.statistics import LIVELIER, Statistics
 from models.arrays import Array
 
 SOURCE = "statistics.c"
@@ -45,6 +46,7 @@ def statistics_fields(statistics: Statistics) -> dict[str, Any]:
         "is_watched": np.array([i in watched for i in range(n)]),
         "is_inertial": np.array([i in inertial for i in range(n)]),
         "repeats": np.array([watched[i].repeats if i in watched else 0 for i in range(n)]),
+        "same": np.array([watched[i].same if i in watched else np.inf for i in range(n)]),
         "outliers": np.array(
             [float(watched[i].outliers) if i in watched else 1.0 for i in range(n)]
         ),

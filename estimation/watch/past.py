@@ -47,19 +47,28 @@ class Anchor:
 
 @dataclass(frozen=True, eq=False)
 class Past:
-    """Rows since the oldest anchor, in the order in which they came."""
+    """Rows since the oldest anchor, in the order in which they came.
+
+    In two parts: a row more copies the newer of them only.
+    """
 
     anchors: tuple[Anchor, ...]
-    rows: tuple[Row, ...] = ()
+    older: tuple[Row, ...] = ()
+    newer: tuple[Row, ...] = ()
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """All of them."""
+        return self.older + self.newer
 
     @property
     def count(self) -> int:
         """Number of all rows since the start."""
-        return self.anchors[0].number + len(self.rows)
+        return self.anchors[0].number + len(self.older) + len(self.newer)
 
     def after(self, rows: tuple[Row, ...]) -> Past:
         """Return it with more rows."""
-        return Past(self.anchors, self.rows + rows)
+        return Past(self.anchors, self.older, self.newer + rows)
 
     def is_due(self) -> bool:
         """Whether there is a state to keep."""

@@ -9,7 +9,8 @@ import numpy as np
 from estimation.chosen import chosen
 from estimation.watch.asked import NEVER_CALMER, Calmer, Known
 from estimation.watch.compiled import CompiledStatistics
-from estimation.watch.statistics import Numbers, Statistics
+from estimation.watch.statistics import Statistics
+from estimation.watch.watchable import Numbers
 from models.arrays import Array
 
 

@@ -37,9 +37,17 @@ static int repeats(const Statistics *s, real *memory, real time_s, const real *y
                 if (stuck) stuck[i] = 1;
             }
         }
+        int is_clipped = 0;
         for (integer c = first; c < end; c++) {
+            real *same = memory + at->same + c;
+            *same = y[c] == last[c] ? *same + 1 : 0;
+            is_clipped = is_clipped || *same >= s->same[i];
             before_last[c] = last[c];
             last[c] = y[c];
+        }
+        if (is_clipped) {
+            any = 1;
+            if (stuck) stuck[i] = 1;
         }
     }
     return any;

@@ -19,16 +19,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from estimation.layout import Layout
-from estimation.watch.limits import MEASURES, WINDOWS_S, SensorLimits
+from estimation.watch.limits import MEASURES, REPEATS_S, WINDOWS_S, SensorLimits
+from estimation.watch.watchable import Numbers, distances, watchables
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
-Numbers = Sequence[float] | Array
 Flat = list[float] | Array
 """What is remembered: a flat array, or the same numbers as a list, which Python reads faster."""
 
@@ -36,27 +35,8 @@ LIVELIER = 0.5
 """Share of the largest clean energy that all inertial sensors have where a body moves more."""
 BUSY = 0.5
 """Share of the samples with such an energy, in a motion that is livelier."""
-REPEATS_S = 0.5
-"""Between two repeats that count together."""
-
-
-@dataclass(frozen=True)
-class Watchable:
-    """A sensor that is watched.
-
-    Parameters
-    ----------
-    index : among those of the model
-    is_inertial : whether it feels how the body moves
-    rows, columns : of the stacked residual and readings
-    limits : see `estimation.watch.limits`
-    """
-
-    index: int
-    is_inertial: bool
-    rows: range
-    columns: range
-    limits: SensorLimits
+REPEATED = ("last", "before_last", "repeats", "repeated_s", "same")
+"""Blocks that only readings change, not what was made of them."""
 
 
 class Statistics:
@@ -69,13 +49,7 @@ class Statistics:
 
     def __init__(self, model: StateSpaceModel, limits: Sequence[SensorLimits | None]) -> None:
         self.model, self.windows, self.n_sensors = model, len(WINDOWS_S), len(model.sensors)
-        self.sensors, row, column = list[Watchable](), 0, 0
-        for index, (sensor, of_sensor) in enumerate(zip(model.sensors, limits, strict=True)):
-            rows, columns = range(row, row + sensor.n_r), range(column, column + sensor.n_y)
-            if of_sensor is not None:
-                feels = sensor.feels_gravity or sensor.reads_rate
-                self.sensors.append(Watchable(index, feels, rows, columns, of_sensor))
-            row, column = rows.stop, columns.stop
+        self.sensors = watchables(model, limits)
         n, windows = self.n_sensors, self.windows
         self.layout = Layout(
             "Watch",
@@ -85,6 +59,7 @@ class Statistics:
                 "before_last": (model.n_y,),
                 "repeats": (n,),
                 "repeated_s": (n,),
+                "same": (model.n_y,),
                 "outliers": (n,),
                 "mean": (windows, model.n_r),
                 "share": (windows, n),
@@ -119,9 +94,15 @@ class Statistics:
                 memory[at["repeated_s"] + i] = time_s
                 if memory[at["repeats"] + i] >= limit:
                     stuck.append(i)
+            is_clipped = False
             for c in sensor.columns:
+                same = at["same"] + c
+                memory[same] = memory[same] + 1.0 if y[c] == memory[last + c] else 0.0
+                is_clipped = is_clipped or memory[same] >= sensor.limits.same
                 memory[before_last + c] = memory[last + c]
                 memory[last + c] = y[c]
+            if is_clipped and i not in stuck:
+                stuck.append(i)
         return stuck
 
     def distances(self, v: Numbers, S: Sequence[Numbers]) -> tuple[list[float], list[float]]:
@@ -129,29 +110,7 @@ class Statistics:
 
         The second is above 1 for an outlier, NaN for a sensor without a sample.
         """
-        z, far = [math.nan] * self._n_r, [math.nan] * self.n_sensors
-        for sensor in self.sensors:
-            rows = [r for r in sensor.rows if not math.isnan(v[r])]
-            if not rows:
-                continue
-            L, squared = list[list[float]](), 0.0
-            for i, r in enumerate(rows):
-                left, row = v[r], list[float]()
-                for j in range(i):
-                    s = S[r][rows[j]]
-                    for k in range(j):
-                        s -= row[k] * L[j][k]
-                    row.append(s / L[j][j])
-                s = S[r][r]
-                for k in range(i):
-                    s -= row[k] * row[k]
-                    left -= row[k] * z[rows[k]]
-                row.append(math.sqrt(s) if s > 0 else math.nan)
-                L.append(row)
-                z[r] = left / row[i]
-                squared += z[r] * z[r]
-            far[sensor.index] = squared / sensor.limits.squared[len(rows) - 1]
-        return z, far
+        return distances(self.sensors, self.n_sensors, v, S)
 
     def take(self, memory: Flat, z: Numbers) -> None:
         """Take an instant's z (n_r,), NaN where there is none, into `memory`."""
@@ -247,14 +206,18 @@ class Statistics:
         return bool(energetic) and all(memory[busy + i] > BUSY for i in energetic)
 
     def is_only_energy(self, memory: Numbers, left_out: Container[int]) -> bool:
-        """Whether nothing else stands out but the energy of inertial sensors."""
+        """Whether nothing else stands out but the energy of inertial sensors.
+
+        A mean that stands out no more than its energy does is of the same size by chance.
+        """
         values, windows = self.values(memory), self.windows
         outliers = self._start["outliers"]
         for x in self.sensors:
-            i, limit = x.index, x.limits.limit
+            i = x.index
             if i in left_out:
                 continue
-            means = any(values[i][w] > limit[w] for w in range(windows))
+            shares = [value / limit for value, limit in zip(values[i], x.limits.limit, strict=True)]
+            means = any(shares[w] > max(1.0, shares[windows + w]) for w in range(windows))
             if means or memory[outliers + i] >= x.limits.outliers:
                 return False
         return all(

@@ -26,7 +26,7 @@ from estimation.watch.past import Anchor, Past, Row
 from estimation.watch.reach import Reach
 from estimation.watch.replay import FITS, Replayed, Replays
 from estimation.watch.state import LeftOut, WatchState
-from estimation.watch.statistics import Flat, Statistics
+from estimation.watch.statistics import REPEATED, Flat, Statistics
 from models.arrays import Array
 from models.given_prior import Prior
 
@@ -34,18 +34,22 @@ CALM_S = 0.15
 """From a start on nothing is judged so long."""
 WAIT_S = 0.1
 """So long an alarm by nothing but energy waits: a motion that begins is soon told from a fault."""
+JOLT_S = 0.04
+"""An alarm by energy that is over so soon was a jolt."""
 ONSET_ROWS = 4
 """What is sudden began at most so many rows before its alarm."""
 QUIET_S = 0.3
 """So long no second alarm is followed."""
 SPOKEN_S = 1.0
-"""So long a sensor is flagged whose bias was freed."""
+"""So long a sensor is flagged whose bias was freed, or that has just been taken back."""
 FREED_AGAIN_S = 4.0
 """So long a bias is not freed again."""
 RETURN_S, RETURNS = 1.0, 0.6
 """A sensor that is left out is taken back when so many seconds with it fit so well."""
 RETRY_S, LONGEST_RETRY_S, AGAIN_S = 1.0, 8.0, 0.5
 """That is first tried after so long, each time that it is blamed again twice that, and so often."""
+STUCK_S = 0.3
+"""So long a gyroscope is stuck before it is left out."""
 FREED_TRIES = 4
 """Each so manieth time its bias may be anything, and the state is begun again."""
 FORGIVEN_S = 10.0
@@ -123,6 +127,8 @@ class Watched:
         state = replace(
             state, past=state.past.after((Row(t, y, dropped | outliers),)), std=estimate.state.std
         )
+        for i in sorted(dropped & frozenset(stuck)):
+            state = self._stuck_long(state, t, i)
         if any(t >= each.retry_s for each in state.out) and not is_late:
             state, estimate = self._tried_again(state, t, estimate)
         if t >= state.quiet_s and t >= state.calm_s:
@@ -212,6 +218,23 @@ class Watched:
         )
         return replace(state, inner=inner), settled
 
+    def _stuck_long(self, state: WatchState, t: float, sensor: int) -> WatchState:
+        """Leave out a gyroscope that has been stuck so long that its return is no trifle.
+
+        Without it an attitude is soon worse than it seems. Without an accelerometer it is not.
+        """
+        if not self.model.sensors[sensor].reads_rate:
+            return state
+        since_s = t
+        for row in reversed(state.past.rows):
+            if sensor in row.dropped:
+                since_s = row.time_s
+            elif self._replays.has_reading(row.y, sensor):
+                break
+        if t - since_s < STUCK_S:
+            return state
+        return replace(state, out=(*state.out, LeftOut(sensor, t + RETRY_S)))
+
     def _tried_again(
         self, state: WatchState, t: float, estimate: Estimate
     ) -> tuple[WatchState, Estimate]:
@@ -257,8 +280,11 @@ class Watched:
             scores[i] = 0.0
         if max(scores) > 1 and t < state.alarm_s and self._waits(state):
             return self._waiting(state, t), estimate
-        if max(scores) <= 1 and t >= state.alarm_s and state.level > 0:
-            return replace(state, alarm_s=np.inf), estimate  # a burst of what is livelier anyway
+        is_burst = max(scores) <= 1 or (
+            state.level + 1 == self._levels.count and self._waits(state)
+        )
+        if is_burst and t >= state.alarm_s and state.level > 0:
+            return replace(state, alarm_s=np.inf), estimate  # of what is livelier anyway
         if max(scores) <= 1 and t < state.alarm_s:
             if state.is_unexplained and max(scores) < FITS:
                 state = replace(state, is_unexplained=False)
@@ -271,7 +297,7 @@ class Watched:
         )
         whole = self._replays.start(state.past, state.level, self.config.replay_s)
         may_free = [i for i in range(self._n) if t - state.freed_s[i] > FREED_AGAIN_S]
-        began, tried = time.perf_counter(), 0
+        began, tried, longest_s = time.perf_counter(), 0, 0.0
         tiers = self._causes.tiers(
             state.left_out,
             state.level,
@@ -284,22 +310,55 @@ class Watched:
             tried += 1
             if tried <= state.tried:
                 continue
-            found = [
-                self._replay(state, start, each, undropped)
-                for each in tier
-                for start in (self._onsets(state, t, undropped) if each.is_sudden else [whole])
-            ]
-            fitting = [each for each in found if each is not None and each.fits]
+            spent_s = time.perf_counter() - began
+            if tried > state.tried + 1 and spent_s + longest_s > (self.config.deadline_s or np.inf):
+                return replace(state, tried=tried - 1), estimate
+            if any(each.is_sudden for each in tier):
+                found, is_over = self._sudden(state, t, tier, undropped)
+                if is_over is not None and not any(each.fits for each in found):
+                    memory = self._with_repeats(is_over.memory, state)
+                    return replace(state, memory=memory, alarm_s=np.inf), estimate
+            else:
+                replays = (self._replay(state, whole, each, undropped) for each in tier)
+                found = [each for each in replays if each is not None]
+            fitting = [each for each in found if each.fits]
             if fitting:
                 best = min(fitting, key=lambda each: each.score)
                 return self._adopted(state, t, best), best.estimate
-            spent = time.perf_counter() - began
-            if self.config.deadline_s is not None and spent > self.config.deadline_s / 2:
-                return replace(state, tried=tried), estimate
+            longest_s = max(longest_s, time.perf_counter() - began - spent_s)
         is_alarm = max(scores) > 1
         return replace(
             state, is_unexplained=is_alarm, quiet_s=t + QUIET_S, alarm_s=np.inf, tried=0
         ), estimate
+
+    def _sudden(
+        self, state: WatchState, t: float, tier: list[Hypothesis], undropped: frozenset[int]
+    ) -> tuple[list[Replayed], Replayed | None]:
+        """Return replays from where what is sudden may have begun, unless nothing at all fits too.
+
+        And that of nothing at all from behind an alarm that has waited, if that fits: a jolt.
+        """
+        nothing, found = replace(tier[0], freed=frozenset[int]()), list[Replayed]()
+        for start in self._onsets(state, t, undropped):
+            without = self._replay(state, start, nothing, undropped)
+            if without is not None and without.fits:
+                continue
+            replays = [self._replay(state, start, each, undropped) for each in tier]
+            found += [each for each in replays if each is not None]
+        lately = state.past.since(state.past.first_since(t - 3 * WAIT_S))
+        if not np.isfinite(state.alarm_s) or any(row.dropped for row in lately):
+            return found, None
+        number = state.past.first_since(state.alarm_s - WAIT_S + JOLT_S)
+        behind = self._replays.before(state.past, state.level, number)
+        over = self._replay(state, behind, replace(nothing, is_sudden=False), undropped)
+        return found, over if over is not None and over.fits else None
+
+    def _with_repeats(self, memory: Array, state: WatchState) -> Array:
+        """Return a memory with what readings alone have changed."""
+        memory, view = memory.copy(), self._statistics.layout.view
+        for block in REPEATED:
+            view(memory, block)[:] = view(state.memory, block)
+        return memory
 
     def _onsets(self, state: WatchState, t: float, undropped: frozenset[int]) -> list[Anchor]:
         """Return what was known in front of the rows at which what is sudden may have begun."""
@@ -327,10 +386,8 @@ class Watched:
         blamed = list(state.blamed)
         for i in hypothesis.freed:
             freed[i], doubted[i] = t, t + SPOKEN_S
-        memory = found.memory.copy()
-        for block in ("last", "before_last", "repeats", "repeated_s"):
-            view = self._statistics.layout.view
-            view(memory, block)[:] = view(state.memory, block)
+        memory = self._with_repeats(found.memory, state)
+        doubted[list(state.left_out - hypothesis.left_out)] = t + SPOKEN_S
         out = [each for each in state.out if each.sensor in hypothesis.left_out]
         for i in sorted(hypothesis.left_out - state.left_out):
             last_s, wait_s = blamed[i]

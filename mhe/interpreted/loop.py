@@ -21,13 +21,13 @@ from estimation.status import Status
 from mhe.config import Clock, RealTimeConfig
 from mhe.interpreted.convergence import Convergence, Solved
 from mhe.interpreted.deadline import Deadline
+from mhe.interpreted.first_passes import is_first, settled
 from mhe.interpreted.pass_result import Pass
 from mhe.interpreted.sliding import WindowSlider
 from mhe.interpreted.window_pass import WindowPass
-from mhe.late import ALONE, StagePlace, place_of, readings_there, sensors_there
+from mhe.late import ALONE, StagePlace, place_of, readings_there
 from mhe.look_back import told_stages
 from mhe.reuse import SETTLED, reuse_threshold
-from mhe.rules import FIRST
 from mhe.window_memory import Scales, View, put
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -133,7 +133,7 @@ class InterpretedWindow:
         has_time = stays <= self._staying(old, place, np.inf)
         memory, window = self._slider.slide(given, place, time_s, y, min(stays, place.at))
         rows = rows_present(self._model, y) if place.joins else window.present[place.at] > 0
-        settles = self._is_first(window, rows) and place.is_late
+        settles = is_first(self._model, window, rows) and place.is_late
         if not has_time:
             state, solved = self._only_predict(old, window, place)
         else:
@@ -189,33 +189,15 @@ class InterpretedWindow:
         k = int(moved.argmax()) if moved.any() else len(moved)
         return max(k - place.drop, 0)
 
-    def _is_first(self, window: View, rows: NDArray[np.bool_]) -> bool:
-        """Return whether rows bring a sensor's first readings; it counts as seen from then on."""
-        before = window.seen.copy()
-        window.seen[sensors_there(self._model, rows)] = 1
-        return bool((window.seen != before).any())
-
     def _solve(self, window: View, settles: bool) -> Solved:
         """Make the passes of a step."""
         if self._scheme.converges:
             return self._convergence.solve(window)
-        return self._settle(window) if settles else self._one_pass(window)
-
-    def _settle(self, window: View) -> Solved:
-        """Make passes until the step is short, as window.c does."""
-        solved, passes, capacity = self._one_pass(window), 1, self.memory.shapes["times"][0]
-        while (
-            solved.status is Status.SOLVED
-            and solved.kkt > FIRST["FIRST_SETTLED"]
-            and passes < FIRST["FIRST_PASSES"]
-        ):
-            if self._deadline.affordable(capacity) < len(window.times):
-                solved = replace(solved, status=Status.TIME_LIMIT)
-                break
-            self._slider.choose_points(window, 0)
-            window.stayed[...] = 0
-            solved, passes = self._one_pass(window), passes + 1
-        return replace(solved, iterations=passes)
+        if not settles:
+            return self._one_pass(window)
+        capacity = self.memory.shapes["times"][0]
+        can_go_on = lambda: self._deadline.affordable(capacity) >= len(window.times)  # noqa: E731
+        return settled(window, self._one_pass, self._slider, can_go_on)
 
     def _one_pass(self, window: View) -> Solved:
         """Make the linearised window's optimum the trajectory."""
@@ -235,7 +217,7 @@ class InterpretedWindow:
         lagged = self._look_back_from(window, found)
         self._deadline.note_pass(len(window.times) - int(window.stayed), began)
         if self._reuse > 0:
-            for k, by in list(enumerate(_moved(found)))[renewed]:
+            for k, by in list(enumerate(found.moved))[renewed]:
                 window.moved[k] = self._judged(window, k, by, found.expected[k], scales.rows[k])
         kkt = max(np.sqrt(found.length), self._pass.largest_excess(window, found.row_std))
         ended = found.held.status, 1, found.cost, kkt
@@ -263,13 +245,3 @@ class InterpretedWindow:
         if judged and self._convergence.is_improbable(window, solved.cost):
             return replace(solved, status=Status.IMPROBABLE)
         return solved
-
-
-def _moved(found: Pass) -> Array:
-    """Return the largest squared deviation (n,) of the stages, in variances."""
-    variances = np.diagonal(found.covariances, axis1=1, axis2=2)
-    squares = found.d**2
-    ratios = np.zeros(squares.shape)
-    np.divide(squares, variances, out=ratios, where=squares > 0)
-    largest: Array = ratios.max(axis=1)
-    return largest

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from estimation.kalman_stage import Prediction, Update
 from mhe.interpreted.active_set import Held
 from models.arrays import Array
@@ -62,3 +64,13 @@ class Pass(Smoothed):
     row_std: Array
     cost: float
     forward: Forward
+
+    @property
+    def moved(self) -> Array:
+        """(n,) the largest squared deviation of each stage, in variances."""
+        variances = np.diagonal(self.covariances, axis1=1, axis2=2)
+        squares = self.d**2
+        ratios = np.zeros(squares.shape)
+        np.divide(squares, variances, out=ratios, where=squares > 0)
+        largest: Array = ratios.max(axis=1)
+        return largest

@@ -39,6 +39,8 @@ class SensorBase(UnitConfig):
         estimate no further; smaller trusts a reading far off less, None trusts all alike
     gate_probability : readings beyond this χ² quantile of their distance from a prediction are
         dropped, by estimators that have gates; None drops none
+    usual_innovations : the largest of the statistics of innovations that a watch keeps, on most
+        clean data: `estimation.watch.limits.USUAL`; None takes what chance explains
     sees_position : whether the tip's position stays bounded with this sensor
     sees_pose : whether it reads position, m, and rotation vector, rad, of a target
     feels_gravity : whether it reads specific force, m/s², along its axes
@@ -62,6 +64,9 @@ class SensorBase(UnitConfig):
     dropout_fraction: Annotated[float, Field(ge=0, lt=1)] = 0.0
     huber: PositiveFloat | None = None
     gate_probability: Annotated[float, Field(gt=0, lt=1)] | None = None
+    usual_innovations: (
+        Annotated[tuple[PositiveFloat, ...], Field(min_length=5, max_length=5)] | None
+    ) = None
 
     @property
     @abstractmethod

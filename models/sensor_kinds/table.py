@@ -76,6 +76,7 @@ def sensor_model(
         dropout_fraction=sensor.dropout_fraction,
         huber=sensor.huber,
         gate_probability=sensor.gate_probability,
+        usual_innovations=sensor.usual_innovations,
         bias_states=biases.names,
         bias_walk=biases.walk,
         sees_pose=sensor.sees_pose,

@@ -1,50 +1,54 @@
-"""Limits of a watch's statistics from clean data: rewrites estimation/watch/limits.toml.
+"""What is usual of a watch's statistics on clean data, written to a pen file.
 
-    python -m suites.faults.calibrate --hours 5
+    python -m suites.faults.calibrate models/pens/reference.toml --hours 5
+    python -m suites.faults.calibrate models/pens/dpoint.toml --recording RECORDING
 
-Fault-free handwriting of the writer's pen and of the reference pen at 0.3 and 1 times its speed,
-every choice of sensors, on the EKF. Of each kind of sensor and statistic `usual` is the largest
-value, and
-
-    limit = median + max(MARGIN (usual - median), FLOOR),   of energies at least their floor
-
-with the largest median of a choice of sensors, pen and speed. Whoever judges takes other seeds.
+Without a recording: fault-free handwriting of the pen, and of the pen told the hand that moves
+it, at 0.3 and 1 times its speed, every choice of sensors, on the EKF. With one: its first half, of
+which a share of the sensors' choices has what it needs. Of each kind of sensor and statistic the
+usual is what the largest of a part of `PART_S` exceeds in one of `PARTS` parts: no odd part decides
+anything. See `estimation.watch.limits` for what follows. Whoever judges takes other seeds, or the
+other half.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 from scipy.signal import lfilter
 
-import estimation.watch
 from benchmark.configurations import CONFIGURATIONS
 from ekf_baseline import Ekf
 from estimation.estimator import run
 from estimation.history import EstimateHistory
-from estimation.watch.limits import MEASURES, WINDOWS_S, limits_of
+from estimation.output_file import write_whole
+from estimation.recording import Recording
+from estimation.watch.limits import USUAL, limits_of
 from models.arrays import Array
 from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from models.state_space import StateSpaceModel
+from pen_mhe.tuning.parameters import Parameter
+from pen_mhe.tuning.pen_text import PenText
+from recordings.read import read_written
 from recordings.simulate_pen import simulate
-from suites.faults.protocol import MOTION, SENSORS, writers_pen
+from suites.faults.protocol import MOTION, SENSORS, written_by_hand
 
 SPEEDS = (0.3, 1.0)
 """At which nothing at all should be said."""
 PART_S, SETTLED_S = 300.0, 1.0
-MARGIN = 1.6
-MEAN_FLOOR, ENERGY_FLOORS = 12.0, (0.5, 0.3)
+PARTS = 20
+KEY = "usual_innovations"
 FIRST_SEED = 5000
 """Of no other use."""
 
 
 def measures(history: EstimateHistory, model: StateSpaceModel) -> Iterator[tuple[str, Array]]:
-    """Yield kind and `MEASURES` (n, 4) of each sensor that is watched, at each of its samples.
+    """Yield kind and `USUAL` (n, 5) of each sensor that is watched, at each of its samples.
 
     See `estimation.watch.statistics`; all samples of a sensor have all their rows here.
     """
@@ -67,20 +71,42 @@ def measures(history: EstimateHistory, model: StateSpaceModel) -> Iterator[tuple
             means.append((mean**2).sum(axis=1) / share)
             energies.append(lfilter([a], [1.0, -b], energy))
         settled = history.time_s[there] >= SETTLED_S
-        yield sensor.kind, np.column_stack([*means, *energies])[settled]
+        yield sensor.kind, np.column_stack([*means, *energies, energy])[settled]
 
 
-def calibrated(hours: float) -> dict[str, tuple[Array, Array]]:
-    """Return kind → largest median and maximum of each measure, (4,), over `hours` in all."""
-    found = dict[str, tuple[Array, Array]]()
-    pens = (writers_pen(), load_pen("reference"))
-    streams = [(pen, choice, speed) for pen in pens for choice in SENSORS for speed in SPEEDS]
+def of_simulated(pen: PenConfig, hours: float) -> dict[str, Array]:
+    """Return kind → the usual of each measure, (5,), of `hours` of simulated handwriting."""
+    found = dict[str, Array]()
+    streams = [
+        (each, choice, speed)
+        for each in (written_by_hand(pen), pen)
+        for choice in SENSORS
+        for speed in SPEEDS
+    ]
     parts = max(1, round(3600 * hours / PART_S / len(streams)))
-    for pen, choice, speed in streams:
-        for kind, values in _stream(pen, choice, speed, parts):
-            median, most = np.median(values, axis=0), values.max(axis=0)
-            before = found.get(kind, (median, most))
-            found[kind] = (np.maximum(before[0], median), np.maximum(before[1], most))
+    for each, choice, speed in streams:
+        of_kind = dict[str, list[Array]]()
+        for kind, values in _stream(each, choice, speed, parts):
+            of_kind.setdefault(kind, []).append(values.max(axis=0))
+        for kind, largest in of_kind.items():
+            usual = np.quantile(largest, 1 - 1 / PARTS, axis=0)
+            found[kind] = np.maximum(found.get(kind, usual), usual)
+    return found
+
+
+def of_recording(pen: PenConfig, recording: Recording) -> dict[str, Array]:
+    """Return kind → the largest of each measure, (5,), in the first half of a recording."""
+    half = recording.first((recording.time_s[-1] - recording.time_s[0]) / 2)
+    found = dict[str, Array]()
+    for choice in SENSORS:
+        sensors = CONFIGURATIONS[choice].sensors
+        if not set(sensors) <= set(half.readings):
+            continue
+        model = pen_model(pen, sensors)
+        history = run(Ekf(model), half.select(sensors), covariances=True)
+        for kind, values in measures(history, model):
+            largest = values.max(axis=0)
+            found[kind] = np.maximum(found.get(kind, largest), largest)
     return found
 
 
@@ -100,33 +126,39 @@ def _stream(pen: PenConfig, choice: str, speed: float, parts: int) -> Iterator[t
         yield from measures(run(estimator, recording, covariances=True), model)
 
 
-def table(found: dict[str, tuple[Array, Array]], hours: float) -> str:
-    """Return the text of limits.toml."""
-    lines = [
-        "# Limits of a watch's statistics by the kind of a sensor, see the module beside:",
-        f"# {', '.join(MEASURES)}.",
-        "# `usual` is the largest value on clean data; above `limit` is an alarm.",
-        f"# Made of {hours:g} simulated hours by",
-        f"#   python -m suites.faults.calibrate --hours {hours:g}",
-    ]
-    windows = len(WINDOWS_S)
-    for kind, (median, most) in found.items():
-        floors = np.array([MEAN_FLOOR] * windows + [0.0] * windows)
-        limit = median + np.maximum(MARGIN * (most - median), floors)
-        limit[windows:] = np.maximum(limit[windows:], ENERGY_FLOORS)
-        lines += ["", f"[{kind}]"]
-        for name, values in (("usual", most), ("limit", limit)):
-            lines.append(f"{name} = [{', '.join(f'{value:.3g}' for value in values)}]")
-    return "\n".join(lines) + "\n"
+def written(path: Path, found: Mapping[str, Array], made: str) -> str:
+    """Return a pen file's text with what is usual of the kinds of sensors that were found."""
+    pen, text = load_pen(path), PenText.of(path)
+    assert text is not None
+    usual = {
+        name: tuple(float(f"{value:.3g}") for value in found[sensor.kind])
+        for name, sensor in pen.sensors.items()
+        if sensor.kind in found
+    }
+    sensors = {
+        name: sensor.model_copy(update={KEY: usual[name]}) if name in usual else sensor
+        for name, sensor in pen.sensors.items()
+    }
+    values = {Parameter("usual", ("sensors", name), KEY): usual[name] for name in usual}
+    note = [f"What is usual of innovations ({', '.join(USUAL)}) was found by", f"  {made}"]
+    return text.replaced(values, pen.model_copy(update={"sensors": sensors}), note)
 
 
 def main() -> None:
-    """Write the table."""
+    """Write the pen file anew."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("pen", type=Path)
     parser.add_argument("--hours", type=float, default=5.0)
-    hours = parser.parse_args().hours
-    path = Path(estimation.watch.__file__).with_name("limits.toml")
-    path.write_text(table(calibrated(hours), hours), "utf-8")
+    parser.add_argument("--recording", type=Path)
+    given = parser.parse_args()
+    pen = load_pen(given.pen)
+    made = f"python -m suites.faults.calibrate {given.pen} "
+    if given.recording:
+        found = of_recording(pen, read_written(given.recording, pen).recording)
+        made += f"--recording {given.recording.name}"
+    else:
+        found, made = of_simulated(pen, given.hours), f"{made}--hours {given.hours:g}"
+    write_whole(given.pen, written(given.pen, found, made))
 
 
 if __name__ == "__main__":

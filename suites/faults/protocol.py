@@ -48,7 +48,11 @@ TILT = ANGLES[1:]
 @cache
 def writers_pen() -> PenConfig:
     """Return the reference pen, told the hand that moves it."""
-    pen = load_pen("reference")
+    return written_by_hand(load_pen("reference"))
+
+
+def written_by_hand(pen: PenConfig) -> PenConfig:
+    """Return a pen, told the hand that moves it."""
     prior = pen.prior.model_copy(update=at_speed("prior"))
     return pen.model_copy(update={"motion": bounded_writing(), "prior": prior})
 

@@ -59,7 +59,7 @@ def test_it_writes_what_estimate_writes(program: Path, tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
     made_here = tmp_path / "here.csv"
     arguments = ["estimate", str(tmp_path / "pen.csv"), "--pen", "reference", "--estimator", "ekf"]
-    arguments += ["--sensors", ",".join(SENSORS), "--output", str(made_here)]
+    arguments += ["--sensors", ",".join(SENSORS), "--output", str(made_here), "--no-watch"]
     assert CliRunner().invoke(app, arguments).exit_code == 0
     ours, wanted = pd.read_csv(tmp_path / "estimates.csv"), pd.read_csv(made_here)
     assert ours.columns.tolist() == wanted.columns.tolist()

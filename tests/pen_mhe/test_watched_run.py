@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,10 @@ from typer.testing import CliRunner
 import pen_mhe as pm
 from commands.cli import app
 from estimation.watch.flags import Flag
+from models.pen_file import load_pen
 from recordings.formats.tables import recording_to_table, write_table
 
+DATA = os.environ.get("PEN_MHE_DATA")
 SENSORS = ("accel", "gyro", "camera")
 STUCK_S = (0.7, 0.9)
 
@@ -52,7 +55,7 @@ def test_nothing_changes_where_nothing_is_wrong() -> None:
 
 def test_it_is_watched_by_default() -> None:
     run = estimated(stuck())
-    assert run.history.sensor_names == SENSORS
+    assert run.history.sensor_names == tuple(sensor.name for sensor in run.model.sensors)
     gyro = run.history.flagged[:, SENSORS.index("gyro")]
     times = run.history.time_s[(gyro & Flag.STUCK.value) != 0]
     assert STUCK_S[0] <= times.min() < times.max() < STUCK_S[1]
@@ -78,8 +81,10 @@ def test_a_smoothed_run_is_bare_and_cannot_be_watched() -> None:
 
 
 def test_on_lost_is_a_watchs() -> None:
-    assert estimated(recording().first(0.3), on_lost="hold").history.sensor_names == SENSORS
-    with pytest.raises(pm.InputError, match="on_lost 'stay' is unknown"):
+    assert estimated(recording().first(0.3), on_lost="hold").history.sensor_names
+    with pytest.raises(
+        pm.InputError, match="on_lost stay is unknown, expected one of restart, hold"
+    ):
         estimated(recording(), on_lost="stay")
     with pytest.raises(pm.InputError, match="on_lost is 'hold' of a run that is not watched"):
         estimated(recording(), on_lost="hold", watch=False)
@@ -118,3 +123,26 @@ def test_what_makes_no_sense_together_is_refused(tmp_path: Path) -> None:
     assert result.exit_code == 2
     assert "of a run that is not watched" in " ".join(result.stderr.split())
     assert not written.exists()
+
+
+@pytest.mark.skipif(not DATA, reason="PEN_MHE_DATA is not set: no real recordings here")
+@pytest.mark.parametrize("pen", ["dpoint", "told nothing"])
+@pytest.mark.parametrize("sensors", [None, ["accel", "gyro"]])
+def test_a_real_pen_that_is_not_broken_is_left_alone(pen: str, sensors: list[str] | None) -> None:
+    """What is usual was found on the first half; a pen told nothing of it is left alone too."""
+    config = load_pen("dpoint")
+    if pen == "told nothing":
+        untold = {
+            name: sensor.model_copy(update={"usual_innovations": None})
+            for name, sensor in config.sensors.items()
+        }
+        config = config.model_copy(update={"sensors": untold})
+    assert DATA is not None
+    folder = Path(DATA) / "dpoint_pen"
+    watched, bare = (
+        pm.estimate(folder, config, estimator="ekf", sensors=sensors, watch=watch).history
+        for watch in (True, False)
+    )
+    np.testing.assert_array_equal(watched.mean, bare.mean)
+    assert watched.status == bare.status
+    assert not watched.flagged.any()
