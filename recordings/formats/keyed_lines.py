@@ -8,7 +8,7 @@ from typing import BinaryIO
 
 from recordings.formats.unpacked import spooled
 
-KEY = re.compile(r"([A-Za-z_][\w .\[\]/]*?)\s*[:=]\s*(?=[+-]?[\d.])")
+KEY = re.compile(r"([A-Za-z_][\w .\[\]/]{0,40}?)\s*[:=]\s*(?=[+-]?[\d.])")
 LEAST_ALIKE = 0.5
 """Part of the lines that name the same, from which they are rows."""
 LEAST_KEYS = 2
