@@ -57,7 +57,7 @@ def recording_of_clock(
             values = group.values(axes, rows)
             values *= group.factors(axes, scales[sensor].unit.factor)
         missing = np.isnan(values).any(axis=1)
-        if not missing.all() or not np.isnan(values).all():
+        if not np.isnan(values).all(axis=0).any():
             readings[sensor] = values
             if missing.any():
                 of_all = f"{int(missing.sum())} of {len(values)} rows"
