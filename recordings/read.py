@@ -166,7 +166,7 @@ def _recognised(
     for path, row in zip(paths, rows, strict=True):
         if row.tables is None:
             raise InputError(f"recording {name}: several paths, expected files of tables")
-        tables += row.tables(path, f"recording {path}", asked.header)
+        tables += row.tables(path, f"recording {path}", header=asked.header)
     return recording_of_tables(tables, config, asked, name)
 
 

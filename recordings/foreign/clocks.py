@@ -23,7 +23,7 @@ from recordings.foreign.stamps import (
     stamps_of,
 )
 from recordings.foreign.time_units import check_time_unit
-from recordings.foreign.told import Told
+from recordings.foreign.told import Remarks
 from recordings.foreign.units_asked import unit_asked
 from recordings.formats.columns import TIME
 
@@ -55,9 +55,10 @@ def clocks_of(
     tables: Sequence[SourceTable],
     chosen: Matched,
     named: Sequence[Mapping[str, Sequence[str]]],
+    *,
     asked: Asked,
     units: Mapping[str, str],
-    told: Told,
+    told: Remarks,
 ) -> list[Clock]:
     """Return the rows that are read, a clock for each column of stamps.
 
@@ -98,7 +99,7 @@ def clocks_of(
     return found
 
 
-def origin_of(clocks: Sequence[Clock], told: Told) -> float:
+def origin_of(clocks: Sequence[Clock], told: Remarks) -> float:
     """Return from where times count, s: as they stand, but for those that begin very late.
 
     Raises

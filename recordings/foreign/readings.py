@@ -16,7 +16,7 @@ from models.units import TIME_DIGITS
 from recordings.foreign.clocks import Clock
 from recordings.foreign.groups import POSE_AXES, Group
 from recordings.foreign.scales import Scale
-from recordings.foreign.told import Told
+from recordings.foreign.told import Remarks
 from recordings.formats.columns import ARRIVAL, TRUTH_PREFIX, Column, expected_for, numbers
 
 UNIT_NORM = 0.1
@@ -27,10 +27,11 @@ def recording_of_clock(
     clock: Clock,
     origin_s: float,
     scales: Mapping[str, Scale],
+    *,
     pen: PenConfig,
     passed: Mapping[str, Column],
     name: str,
-    told: Told,
+    told: Remarks,
 ) -> Recording:
     """Return the readings of a table's rows.
 

@@ -27,7 +27,7 @@ from recordings.foreign.named_columns import check_canonical, columns_asked
 from recordings.foreign.readings import merged, recording_of_clock
 from recordings.foreign.scales import Scale, check_asked, is_checked, scales_of
 from recordings.foreign.source_table import SourceTable
-from recordings.foreign.told import Told
+from recordings.foreign.told import Remarks
 from recordings.formats.columns import TIME, Column, recording_columns
 from recordings.plausible_units import check_units
 from recordings.written import WrittenRecording
@@ -47,7 +47,7 @@ def recording_of_tables(
         If no sensor of the pen is recognised, a unit cannot be what it says, there are no times,
         or something had to be repaired that `asked` is too strict for.
     """
-    told = Told()
+    told = Remarks()
     tables = [part for table in tables for part in unstacked(table)]
     for table in tables:
         told.notes += [f"{table.name}: {sentence}" for sentence in table.said]
@@ -65,7 +65,7 @@ def recording_of_tables(
     told.notes += chosen.said
     units = {**({} if pen.recording is None else pen.recording.units), **asked.units}
     check_asked(asked.units, chosen.sensors, name)
-    clocks = clocks_of(tables, chosen, named, asked, units, told)
+    clocks = clocks_of(tables, chosen, named, asked=asked, units=units, told=told)
     passed = [
         {h: known[n] for h, n in own.items() if is_passed_on(known[n].quantity)}
         for own in canonical
@@ -74,7 +74,13 @@ def recording_of_tables(
     scales = scales_of(clocks, units, logger, pen)
     recordings = [
         recording_of_clock(
-            clock, origin_s, scales, pen, passed[tables.index(clock.table)], name, told
+            clock,
+            origin_s,
+            scales,
+            pen=pen,
+            passed=passed[tables.index(clock.table)],
+            name=name,
+            told=told,
         )
         for clock in clocks
     ]
@@ -140,7 +146,7 @@ def _match(
 
 
 def _say_sensors(
-    clocks: Sequence[Clock], scales: Mapping[str, Scale], chosen: Matched, told: Told
+    clocks: Sequence[Clock], scales: Mapping[str, Scale], chosen: Matched, told: Remarks
 ) -> None:
     for clock in clocks:
         for sensor, group in clock.groups.items():
@@ -165,7 +171,7 @@ def _say_unused(
     tables: Sequence[SourceTable],
     clocks: Sequence[Clock],
     passed: Sequence[Mapping[str, Column]],
-    told: Told,
+    told: Remarks,
 ) -> None:
     for table, own in zip(tables, passed, strict=True):
         here = [clock for clock in clocks if clock.table is table]

@@ -13,7 +13,7 @@ def counted(n: int, noun: str) -> str:
 
 
 @dataclass(eq=False)
-class Told:
+class Remarks:
     """Sentences on what was recognised or ignored, and on what was repaired."""
 
     notes: list[str] = field(default_factory=list)

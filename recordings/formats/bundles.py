@@ -8,8 +8,9 @@ from __future__ import annotations
 import shutil
 import tempfile
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
+from typing import Protocol
 
 from models.errors import InputError
 from models.limits import check_most
@@ -21,12 +22,17 @@ ZIP_SUFFIXES = (".zip",)
 EXPECTED = "tables of one recording"
 
 
-Parse = Callable[[Path, str, Sequence[str] | None], list[SourceTable] | None]
-"""Reads the tables of a file of any format; None where it is of none."""
+class Parse(Protocol):
+    """Reads the tables of a file of any format."""
+
+    def __call__(
+        self, path: Path, where: str, /, *, header: Sequence[str] | None = None
+    ) -> list[SourceTable] | None:
+        """Return the tables; None where it is of no format."""
 
 
 def read_folder(
-    path: Path, where: str, header: Sequence[str] | None, *, parse: Parse
+    path: Path, where: str, *, header: Sequence[str] | None, parse: Parse
 ) -> list[SourceTable]:
     """Read the tables of a folder; what is none is left out.
 
@@ -42,7 +48,7 @@ def read_folder(
     for file in files:
         name = file.relative_to(path).as_posix()
         try:
-            found += parse(file, f"{where}: {name}", header) or []
+            found += parse(file, f"{where}: {name}", header=header) or []
         except InputError as error:
             refused.append(str(error))
     if not found:
@@ -55,7 +61,7 @@ def read_folder(
 
 
 def read_zip(
-    path: Path, where: str, header: Sequence[str] | None, *, parse: Parse
+    path: Path, where: str, *, header: Sequence[str] | None, parse: Parse
 ) -> list[SourceTable]:
     """Read the tables of an archive.
 
@@ -77,7 +83,7 @@ def read_zip(
             raise
         except Exception as error:  # whatever a damaged archive makes of itself
             raise InputError(f"{where}: cannot be unpacked, expected {EXPECTED}") from error
-        return read_folder(folder, where, header, parse=parse)
+        return read_folder(folder, where, header=header, parse=parse)
 
 
 def _unpack(archive: zipfile.ZipFile, folder: Path, where: str) -> None:

@@ -25,7 +25,7 @@ ROWS_ABOVE = 50
 """Rows above the samples of a sheet, at most."""
 
 
-def read_excel(path: Path, where: str, header: Sequence[str] | None = None) -> list[SourceTable]:
+def read_excel(path: Path, where: str, *, header: Sequence[str] | None = None) -> list[SourceTable]:
     """Read the sheets of a workbook.
 
     Parameters

@@ -17,7 +17,7 @@ from recordings.formats.tables import read_table
 
 
 def read_parquet_table(
-    path: Path, where: str, header: Sequence[str] | None = None
+    path: Path, where: str, *, header: Sequence[str] | None = None
 ) -> list[SourceTable]:
     """Read a Parquet file as a table, whatever its columns mean.
 

@@ -30,7 +30,9 @@ def is_bag(path: Path) -> bool:
     return path.suffix in BAG_SUFFIXES
 
 
-def read_ros_bag(path: Path, where: str, header: Sequence[str] | None = None) -> list[SourceTable]:
+def read_ros_bag(
+    path: Path, where: str, *, header: Sequence[str] | None = None
+) -> list[SourceTable]:
     """Read the topics of a bag.
 
     Raises

@@ -27,7 +27,7 @@ class Parser(Protocol):
     """Reads the tables of a file, whatever their columns mean."""
 
     def __call__(
-        self, path: Path, where: str, header: Sequence[str] | None = None, /
+        self, path: Path, where: str, /, *, header: Sequence[str] | None = None
     ) -> list[SourceTable]:
         """Return the tables; `header` names the columns of one that has none."""
 
@@ -94,13 +94,15 @@ def _load_table(path: Path, pen: PenConfig, asked: Asked) -> WrittenRecording:
 
 
 def _read_folder(
-    path: Path, where: str, header: Sequence[str] | None = None, /
+    path: Path, where: str, /, *, header: Sequence[str] | None = None
 ) -> list[SourceTable]:
-    return read_folder(path, where, header, parse=tables_of)
+    return read_folder(path, where, header=header, parse=tables_of)
 
 
-def _read_zip(path: Path, where: str, header: Sequence[str] | None = None, /) -> list[SourceTable]:
-    return read_zip(path, where, header, parse=tables_of)
+def _read_zip(
+    path: Path, where: str, /, *, header: Sequence[str] | None = None
+) -> list[SourceTable]:
+    return read_zip(path, where, header=header, parse=tables_of)
 
 
 def _ends_in(*suffixes: str) -> Callable[[Path], bool]:
@@ -141,8 +143,8 @@ def format_of(path: Path) -> RecordingFormat | None:
 
 
 def tables_of(
-    path: Path, where: str, header: Sequence[str] | None = None
+    path: Path, where: str, *, header: Sequence[str] | None = None
 ) -> list[SourceTable] | None:
     """Return the tables of a path that exists; None where no format of tables recognises it."""
     row = format_of(path)
-    return None if row is None or row.tables is None else row.tables(path, where, header)
+    return None if row is None or row.tables is None else row.tables(path, where, header=header)

@@ -39,7 +39,7 @@ _NAMES = {"\t": "tabs", ";": "semicolons", "|": "bars", " ": "blanks", ",": "com
 
 
 def read_text_table(
-    path: Path, where: str, header: Sequence[str] | None = None
+    path: Path, where: str, *, header: Sequence[str] | None = None
 ) -> list[SourceTable]:
     """Read a text as a table.
 
