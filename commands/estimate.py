@@ -111,7 +111,8 @@ def estimate(
     deviations (…_std), status, flagged (accel:stuck+camera:outlier),
     iterations and step_time_s; where a row was told later than the instant
     it speaks of, arrival_s too. Readings are tested (--no-watch does not).
-    CSV and Parquet may be of any length: they are read and written in parts.
+    CSV and Parquet with columns like these may be of any length: they are
+    read and written in parts. What any other logger wrote is read whole.
     """
     # Tables and figures are slow to import: only where a command needs them.
     from pen_mhe.estimate_file import estimate_file
@@ -120,7 +121,7 @@ def estimate(
         check_options(estimator.value, settings)
         check_apart(
             [written.output, written.figure],
-            {"the recording": [source.recording], "the pen file": pen_paths(source.pen)},
+            {"the recording": source.recording, "the pen file": pen_paths(source.pen)},
         )
         with not_swallowed():
             summary = estimate_file(
@@ -129,6 +130,8 @@ def estimate(
                 written.output,
                 figure=written.figure,
                 units=read_units(source.units),
+                columns=source.columns,
+                strict=source.strict,
                 reporting=progress,
                 estimator=estimator.value,
                 settings=settings,

@@ -15,11 +15,30 @@ from commands.options import PenOption, SensorsOption, WritingAreaOption
 class RecordingOptions:
     """A recording and the pen that wrote it."""
 
-    recording: Annotated[Path, typer.Argument(help="A D-POINT folder, or a .csv or .parquet file.")]
+    recording: Annotated[
+        list[Path],
+        typer.Argument(
+            help="A table (.csv, .txt, .parquet, .xlsx), several of one recording, a folder or "
+            ".zip of them, a ROS bag, or a D-POINT folder."
+        ),
+    ]
     pen: PenOption
     sensors: SensorsOption = None
     writing_area: WritingAreaOption = True
     units: Annotated[
         str | None,
-        typer.Option(help="Units of a table's columns, e.g. accel=g,gyro=deg_s; SI by default."),
+        typer.Option(
+            help="Units of a table's columns where its headers have none, e.g. "
+            "accel=g,gyro=deg_s,time=ms; counts: accel=g/16384."
+        ),
     ] = None
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            help="Which columns are which sensor's, e.g. 'accel=ax,ay,az;time=millis'; or the "
+            "names of all of a file without a header."
+        ),
+    ] = None
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Refuse a file that would have to be repaired.")
+    ] = False

@@ -62,7 +62,7 @@ def tune(
     with what set which number.
     """
     with one_sentence():
-        check_pen_output(tuned.output, tuned.pen, [tuned.recording])
+        check_pen_output(tuned.output, tuned.pen, tuned.recording)
         with _working(objective.value) as on_progress, not_swallowed():
             found = tune_pen(
                 tuned.recording,
@@ -73,6 +73,8 @@ def tune(
                 fit=fit.value,
                 score=score.value,
                 units=read_units(tuned.units),
+                columns=tuned.columns,
+                strict=tuned.strict,
                 writing_area=tuned.writing_area,
                 on_progress=on_progress,
             )

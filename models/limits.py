@@ -29,6 +29,8 @@ LIMITS: Mapping[str, Limit] = MappingProxyType(
         "json_bytes": Limit(200_000_000, "bytes of a JSON file"),
         "line_bytes": Limit(100_000_000, "bytes of a line of a journal"),
         "table_bytes": Limit(16_000_000_000, "bytes of a CSV or Parquet file"),
+        "unpacked_bytes": Limit(2_000_000_000, "bytes of a table that was packed, unpacked"),
+        "members": Limit(1_000, "files of a folder or an archive"),
         "array_bytes": Limit(4_000_000_000, "bytes of an array within a .npz file"),
         "columns": Limit(2_000, "columns of a table"),
         "rows": Limit(100_000_000, "rows of a table"),

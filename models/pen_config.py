@@ -13,6 +13,7 @@ from models.motion import Motion, with_motion
 from models.outputs import UNIFORM_ANGLE_STD_RAD
 from models.paper import Paper, check_paper
 from models.printed import PrintedError, check_printed_pen
+from models.recording_columns import RecordingColumns
 from models.sensor_kinds.mounted import Vector3
 from models.sensor_kinds.table import Sensor
 
@@ -61,6 +62,7 @@ class PenConfig(UnitConfig):
     printed_errors : errors of [Pen] that this pen's accelerometers make, for comparison;
         none is the rigid body, all are the paper's (4)-(6), see `models.printed`
     paper : what the tip may not pass, see `models.paper`; None leaves it free
+    recording : what a logger calls the columns of its recordings
     """
 
     name: Title
@@ -75,6 +77,7 @@ class PenConfig(UnitConfig):
     sensors: Annotated[Mapping[str, Sensor], Field(min_length=1)]
     printed_errors: tuple[PrintedError, ...] = ()
     paper: Paper | None = None
+    recording: RecordingColumns | None = None
 
     @model_validator(mode="before")
     @classmethod

@@ -1,37 +1,44 @@
 """From a recording in a file to a table in another, and a figure: the work of ``pen-mhe estimate``.
 
-CSV and Parquet are read, estimated and written in parts, so that memory does not grow with them. A
-format without parts is read whole, and so is what is smoothed, which keeps all of a run: up to the
-limit that `models.limits` states.
+CSV and Parquet are read, estimated and written in parts, so that memory does not grow with them.
+Read whole, up to the limits that `models.limits` states, is a format without parts, a table of
+another logger's or one that must be mended, and what is smoothed, which keeps all of a run.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 from estimation.output_file import whole_file
+from models.errors import InputError
 from models.pen_config import PenConfig
 from pen_mhe.estimate_run import estimate_recording
 from pen_mhe.run_summary import RunSummary
 from pen_mhe.streaming.drawn import DrawnRows
 from pen_mhe.streaming.run import Reporting, estimate_stream, silent
-from recordings.formats.table import format_of
+from recordings.asked import ColumnsAsked
+from recordings.formats.table_stream import TableStream
 from recordings.formats.table_writer import TableWriter
 from recordings.formats.tables import check_output, write_table
-from recordings.read import read_written
+from recordings.read import RecordingPath, in_parts, read_written
+from recordings.unfit import UnfitTableError
+from recordings.written import WrittenRecording
 
 FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
 
 
 def estimate_file(
-    recording: Path,
+    recording: RecordingPath,
     pen: PenConfig,
     output: Path,
     *,
     figure: Path | None = None,
     units: Mapping[str, str] | None = None,
+    columns: ColumnsAsked | None = None,
+    strict: bool = False,
     smooth: bool = False,
     reporting: Reporting = silent,
     **options: Any,
@@ -40,9 +47,9 @@ def estimate_file(
 
     Parameters
     ----------
-    recording : of one of `recordings.formats.table.FORMATS`
+    recording : of one of `recordings.formats.table.FORMATS`, or several of one recording
     output, figure : files to write
-    units : of a table's columns, see `recordings.read.read_written`
+    units, columns, strict : of a table, see `recordings.read.read_written`
     reporting : of the work, as it is done
     smooth, options : see `pen_mhe.estimate_run.estimate_recording`
 
@@ -54,27 +61,61 @@ def estimate_file(
     check_output(output)
     if figure is not None:
         check_output(figure, FIGURE_SUFFIXES)
-    row = format_of(recording) if recording.exists() else None
-    if smooth or row is None or row.stream is None:
-        loaded = read_written(recording, pen, units=units)
-        with reporting(options["estimator"]) as start:
-            result = estimate_recording(loaded, pen, smooth=smooth, on_start=start, **options)
-        write_table(result.output.to_pandas(), output)
-        if figure is not None:
-            _save(figure, result.output, result.ink, truth=result.used.truth)
-        return result.summary()
+    more = {"figure": figure, "reporting": reporting, **options}
+
+    def read() -> WrittenRecording:
+        return read_written(recording, pen, units=units, columns=columns, strict=strict)
+
+    stream = None if smooth else in_parts(recording, pen, units=units, columns=columns)
+    if stream is None:
+        return _of_whole(read(), pen, output, smooth=smooth, **more)
+    try:
+        return _of_parts(stream, pen, output, **more)
+    except UnfitTableError as refused:
+        if strict:
+            raise
+        try:
+            loaded = read()
+        except InputError:
+            raise refused from None
+    return _of_whole(loaded, pen, output, **more)
+
+
+def _of_parts(
+    opened: AbstractContextManager[TableStream],
+    pen: PenConfig,
+    output: Path,
+    *,
+    figure: Path | None,
+    **options: Any,
+) -> RunSummary:
     drawn = None if figure is None else DrawnRows()
     with (
-        row.stream(recording, pen, units=units) as stream,
+        opened as stream,
         whole_file(output) as file,
         TableWriter(file, output.suffix) as writer,
     ):
-        summary = estimate_stream(
-            stream, pen, writer.write, drawn=drawn, reporting=reporting, **options
-        )
+        summary = estimate_stream(stream, pen, writer.write, drawn=drawn, **options)
     if figure is not None and drawn is not None:
         _save(figure, drawn.history, truth=drawn.truth, samples=summary.samples)
     return summary
+
+
+def _of_whole(
+    loaded: WrittenRecording,
+    pen: PenConfig,
+    output: Path,
+    *,
+    figure: Path | None,
+    reporting: Reporting,
+    **options: Any,
+) -> RunSummary:
+    with reporting(options["estimator"]) as start:
+        result = estimate_recording(loaded, pen, on_start=start, **options)
+    write_table(result.output.to_pandas(), output)
+    if figure is not None:
+        _save(figure, result.output, result.ink, truth=result.used.truth)
+    return result.summary()
 
 
 def _save(path: Path, *drawn: Any, **more: Any) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,8 +24,9 @@ from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_filter, create_estimator
 from pen_mhe.run_result import EstimateRun
 from pen_mhe.sensor_verdict import judge
 from pen_mhe.watching import as_asked
+from recordings.asked import ColumnsAsked
 from recordings.ink import ink_match
-from recordings.read import read_written
+from recordings.read import RecordingPath, read_written
 from recordings.thinning import CameraThinning, left_out_error, thinned
 from recordings.written import WrittenRecording
 
@@ -129,16 +129,19 @@ def estimate_recording(
         lag_samples=lag,
         rows_without=len(times) - len(output),
         is_smoothed=smooth,
+        notes=tuple(loaded.sentences()),
     )
 
 
 def estimate(
-    recording: Recording | WrittenRecording | str | Path,
+    recording: Recording | WrittenRecording | RecordingPath,
     pen: AnyPen = "reference",
     *,
     sensors: Sequence[str] | None = None,
     estimator: str = DEFAULT_ESTIMATOR,
     units: Mapping[str, str] | None = None,
+    columns: ColumnsAsked | None = None,
+    strict: bool = False,
     thinning: CameraThinning | None = None,
     duration_s: float | None = None,
     writing_area: bool = True,
@@ -156,11 +159,11 @@ def estimate(
     Parameters
     ----------
     recording : a recording, with the ink it left or without, or the path of a D-POINT folder,
-        a CSV or a Parquet file
+        a table of any logger, or several of one recording
     pen : a pen, the name of a bundled one, or the path of a pen file
     sensors : names from the pen file; None takes all that the recording has
     estimator : one of `pen_mhe.estimators.ESTIMATORS`
-    units : of a file's columns, see `recordings.read.read_written`
+    units, columns, strict : of a file, see `recordings.read.read_written`
     thinning, duration_s : see `estimate_recording`
     writing_area, rest, smooth, causal, watch, on_lost : see `estimate_recording`
     settings : of the estimator, see `pen_mhe.estimators.create_estimator`
@@ -171,16 +174,13 @@ def estimate(
         If something does not exist, does not fit together, or is not known by its name.
     """
     config = as_pen(pen)
-    if isinstance(recording, str | Path):
-        written = read_written(recording, config, units=units)
-    elif units:
-        raise InputError("units are given for a recording, expected none: its are SI")
-    elif isinstance(recording, Recording):
-        written = WrittenRecording(recording)
-    else:
-        written = recording
+    if not isinstance(recording, Recording | WrittenRecording):
+        recording = read_written(recording, config, units=units, columns=columns, strict=strict)
+    elif units or columns:
+        what = "units" if units else "columns"
+        raise InputError(f"{what} are given for a recording, expected none: its are SI")
     return estimate_recording(
-        written,
+        WrittenRecording(recording) if isinstance(recording, Recording) else recording,
         config,
         estimator=estimator,
         settings=settings,

@@ -43,6 +43,7 @@ class EstimateRun:
         (of a causal run: samples of the fastest sensor); errors and ink are at this lag too
     is_smoothed : whether each row of `output` knows the whole recording; errors and ink too
     rows_without : samples of the fastest sensor that no row speaks of: so long has not passed since
+    notes : what was recognised, ignored and repaired in the file
     """
 
     model: StateSpaceModel
@@ -60,6 +61,7 @@ class EstimateRun:
     lag_samples: int = 0
     is_smoothed: bool = False
     rows_without: int = 0
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         summary = self.summary()
@@ -96,6 +98,7 @@ class EstimateRun:
             lag_samples=self.lag_samples,
             is_smoothed=self.is_smoothed,
             rows_without=self.rows_without,
+            notes=self.notes,
         )
 
     def sentences(self) -> list[str]:

@@ -54,6 +54,7 @@ class RunSummary:
     lag_samples: int = 0
     is_smoothed: bool = False
     rows_without: int = 0
+    notes: tuple[str, ...] = ()
 
     @property
     def size(self) -> str:
@@ -61,9 +62,10 @@ class RunSummary:
         return f"{self.samples} samples, {self.steps} steps"
 
     def sentences(self) -> list[str]:
-        """Return what the run says of itself: statuses, times, errors, consistency, ink."""
+        """Return what the run says of itself: its file, statuses, times, errors, consistency."""
         solved = sum(count for status, count in self.statuses.items() if status.is_solved)
-        said = [f"solved {solved / self.steps if self.steps else np.nan:.2%} of the steps"]
+        share = solved / self.steps if self.steps else np.nan
+        said = [*self.notes, f"solved {share:.2%} of the steps"]
         said += [
             f"{count} × {status.label}: {status.sentence}"
             for status, count in self.statuses.items()

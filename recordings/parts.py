@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from estimation.arrivals import has_reading
 from estimation.recording import Recording
 from estimation.recording_parts import some_rows
 from models.errors import InputError
@@ -49,7 +48,7 @@ class UsedParts:
     Raises
     ------
     InputError
-        If the duration is not positive.
+        If the duration is not positive; a part without a sensor is refused as it is taken.
     """
 
     def __init__(
@@ -96,4 +95,4 @@ class UsedParts:
 
 
 def _has_any(recording: Recording, sensors: Sequence[str]) -> bool:
-    return any(has_reading(recording.readings[name]).any() for name in sensors)
+    return any(len(recording.sensor(name)[0]) > 0 for name in sensors)

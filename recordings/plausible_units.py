@@ -1,20 +1,8 @@
 """Units recognised from the data: readings that only make sense in another unit.
 
 Two laws of nature need no reference. A pen feels gravity, so the median of
-|f| over a recording of specific force f is near g. And while it moves gently,
-the direction u = f/|f| is fixed in the world, so in body axes it turns as
-
-    du/dt = -k ω × u
-
-with k = 1 if the gyroscope's rate ω is in its unit, k = π/180 if it is deg/s
-read as rad/s, and k = 180/π the other way round. With a Hann window φ over 1 s,
-integrated by parts so that nothing has to be differentiated,
-
-    Δ = -∫ φ' u dt = k r,   r = -∫ φ (ω × u) dt
-
-k is fitted over all windows in which the pen moved gently and turned. One second,
-because the acceleration of the hand, which is taken for turning, fades with the
-square of the window: on the D-POINT recording k is 2.3 over 0.2 s, 1.02 over 1 s.
+|f| over a recording of specific force f is near g. And while it moves gently, gravity
+turns in its axes as the gyroscope says, see `recordings.turn_factor`.
 
 Evidence is a range of factors that would make the readings plausible. A unit is
 refused only if another one in its row of `models.units.UNITS` lies in that range.
@@ -28,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimation.recording import Recording
 from models.arrays import Array
@@ -35,6 +24,7 @@ from models.errors import InputError
 from models.pen_config import PenConfig
 from models.sensor_kinds.mounted import SensorBase
 from models.units import UNITS
+from recordings.turn_factor import turn_factor
 
 GRAVITY_FACTOR = 2.0
 """How far the median of |f| may lie from gravity, either way."""
@@ -42,20 +32,10 @@ LARGEST_RATE_RAD_S = math.radians(2200.0)
 """The largest common range, 2000 deg/s, and a tenth for sensors that saturate there."""
 RATE_QUANTILE = 0.99
 
-WINDOW_S = 1.0
-LONGEST_GAP_S = 0.1
-"""A window with a longer gap between samples is left out."""
-GENTLE = 0.1
-"""A window counts if the RMS of |f|/g - 1 in it is at most this …"""
-LEAST_TURN_RAD = math.radians(1.5)
-"""… and |Δ|, which no unit of a rate can change, at least this."""
-LEAST_WINDOWS = 5
-LEAST_CORRELATION = 0.75
+MOST_ROWS, STRETCHES = 100_000, 20
+"""Rows of a recording that are looked at, and in how many stretches."""
 TURN_FACTOR = 2.0
 """How far k may lie from a unit's factor, either way."""
-HUBER = 1.5
-"""Residuals beyond this many medians of |residual| lose weight."""
-HUBER_STEPS = 20
 
 
 @dataclass(frozen=True)
@@ -149,7 +129,8 @@ def rate_evidence(recording: Recording, pen: PenConfig, name: str) -> Evidence |
                 f"its rates are {1 / k:.3g} times as fast as gravity turns in {reference}",
             )
     limit = max(LARGEST_RATE_RAD_S, sensor.range_rad_s or 0.0)
-    largest = float(np.nanquantile(np.abs(recording.readings[name]), RATE_QUANTILE))
+    rates = recording.readings[name]
+    largest = float(np.nanquantile(np.abs(rates[spread(len(rates))]), RATE_QUANTILE))
     if largest <= limit:
         return None
     return Evidence(
@@ -157,6 +138,14 @@ def rate_evidence(recording: Recording, pen: PenConfig, name: str) -> Evidence |
         limit / largest,
         f"one in a hundred of its rates is beyond {largest:.3g} rad/s, as of no common sensor",
     )
+
+
+def spread(n: int) -> slice | NDArray[np.int64]:
+    """Return which of n rows are looked at: all, or of many as many as tell, in even stretches."""
+    if n <= MOST_ROWS:
+        return slice(None)
+    starts = np.linspace(0, n - MOST_ROWS // STRETCHES, STRETCHES).astype(np.int64)
+    return (starts[:, None] + np.arange(MOST_ROWS // STRETCHES)).ravel()
 
 
 def _feels_gravity(pen: PenConfig, name: str) -> bool:
@@ -173,74 +162,12 @@ def _evidence(
     return rate_evidence if sensor.reads_rate else None
 
 
-def turn_factor(force_time_s: Array, force: Array, rate_time_s: Array, rate: Array) -> float | None:
-    """Fit k of ``du/dt = -k ω × u``; None where the recording cannot tell.
-
-    Parameters
-    ----------
-    force_time_s, force : (n,), (n, 3) specific force in body axes, any unit
-    rate_time_s, rate : (m,), (m, 3) angular rate in body axes
-    """
-    turned, predicted = _turns(force_time_s, force, rate_time_s, rate)
-    has_turned = np.linalg.norm(turned, axis=1) >= LEAST_TURN_RAD
-    turned, predicted = turned[has_turned], predicted[has_turned]
-    if len(turned) < LEAST_WINDOWS or not predicted.any():
-        return None
-    weight = np.ones((len(turned), 1))
-    for _ in range(HUBER_STEPS):
-        k = float((weight * turned * predicted).sum() / (weight * predicted**2).sum())
-        residual = np.linalg.norm(turned - k * predicted, axis=1, keepdims=True)
-        scale = HUBER * np.median(residual) + np.finfo(float).tiny
-        weight = scale / np.maximum(residual, scale)
-    length = np.sqrt((weight * turned**2).sum() * (weight * predicted**2).sum())
-    correlation = (weight * turned * predicted).sum() / length
-    return k if correlation >= LEAST_CORRELATION else None
-
-
-def _turns(
-    force_time_s: Array, force: Array, rate_time_s: Array, rate: Array
-) -> tuple[Array, Array]:
-    """Return Δ and r (w, 3) of the module's equations, of every window of gentle motion."""
-    norm = np.linalg.norm(force, axis=1)
-    if len(rate) == 0 or not norm.any():
-        return np.zeros((0, 3)), np.zeros((0, 3))
-    t, norm, force = force_time_s[norm > 0], norm[norm > 0], force[norm > 0]
-    u = force / norm[:, None]
-    omega = np.column_stack([np.interp(t, rate_time_s, column) for column in rate.T])
-    turn_rate = np.cross(omega, u)
-    is_rough = np.abs(norm / np.median(norm) - 1)
-    deltas, predictions = [], []
-    # Half-overlapping windows, but only where there are samples.
-    for step in np.unique(np.floor((t - t[0]) / (WINDOW_S / 2))):
-        start = t[0] + step * WINDOW_S / 2
-        here = _samples(t, start)
-        if (
-            here.stop - here.start < 2  # of times so large that a second is nothing to them
-            or _longest_gap_s(t[here], start) > LONGEST_GAP_S
-            or _longest_gap_s(rate_time_s[_samples(rate_time_s, start)], start) > LONGEST_GAP_S
-            or np.sqrt(np.mean(is_rough[here] ** 2)) > GENTLE
-        ):
-            continue
-        phase, dt = 2 * np.pi * (t[here] - start) / WINDOW_S, np.gradient(t[here])
-        phi, phi_dot = (1 - np.cos(phase)) / 2, np.pi / WINDOW_S * np.sin(phase)
-        deltas.append(-(phi_dot * dt) @ u[here])
-        predictions.append(-(phi * dt) @ turn_rate[here])
-    return np.reshape(deltas, (-1, 3)), np.reshape(predictions, (-1, 3))
-
-
-def _samples(time_s: Array, start_s: float) -> slice:
-    first, end = np.searchsorted(time_s, [start_s, start_s + WINDOW_S])
-    return slice(int(first), int(end))
-
-
-def _longest_gap_s(time_s: Array, start_s: float) -> float:
-    return float(np.diff([start_s, *time_s, start_s + WINDOW_S]).max())
-
-
 def _in_body_axes(recording: Recording, pen: PenConfig, name: str) -> tuple[Array, Array]:
     """Return the times (n,) of a sensor's complete readings and these (n, 3) in body axes."""
     sensor: Any = pen.sensors[name]
-    times, values = recording.sensor(name)
+    times, values = (
+        part[spread(len(part))] for part in (recording.time_s, recording.readings[name])
+    )
     complete = ~np.isnan(values).any(axis=1)
     rotation = np.array(sensor.sensor_to_body)[:, ["xyz".index(axis) for axis in sensor.axes]]
     return times[complete], values[complete] @ rotation.T

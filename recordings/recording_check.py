@@ -1,4 +1,4 @@
-"""What a recording that is read in parts must be: long enough, no sensor empty, units that fit.
+"""What a recording must be: long enough, no sensor empty, units that fit; whole or in parts.
 
 Units are judged from blocks of `BLOCK_ROWS`, so a shorter recording is judged as a whole. Of
 several blocks those that tell of a unit vote, each with its rows.
@@ -10,12 +10,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from estimation.arrivals import has_reading
 from estimation.recording import Recording
 from estimation.recording_parts import joined
 from models.errors import InputError
 from models.pen_config import PenConfig
+from recordings.foreign.header_units import KNOWN_UNITS
+from recordings.foreign.time_units import check_time_unit
+from recordings.formats.columns import TIME
 from recordings.formats.table_header import TableHeader
-from recordings.plausible_units import unit_verdicts
+from recordings.plausible_units import spread, unit_verdicts
+from recordings.unfit import unfit
 
 BLOCK_ROWS = 100_000
 
@@ -29,7 +34,8 @@ class RecordingCheck:
     """
 
     def __init__(self, header: TableHeader, pen: PenConfig) -> None:
-        self._header, self._units = header, UnitCheck(pen, header.units)
+        self._header = header
+        self._units = UnitCheck(pen, header.units, stamps=header.stamps)
         self._rows, self._empty = 0, dict.fromkeys(header.sensors, True)
 
     def take(self, part: Recording) -> None:
@@ -40,7 +46,11 @@ class RecordingCheck:
         self._units.take(part)
 
     def end(self) -> None:
-        """Raise `InputError` unless the whole is a recording."""
+        """Raise `UnfitTableError` unless the whole is a recording."""
+        with unfit():
+            self._end()
+
+    def _end(self) -> None:
         where = self._header.where
         if not self._rows:
             raise InputError(f"{where} is empty below its header, expected at least one sample")
@@ -53,10 +63,18 @@ class RecordingCheck:
 
 
 class UnitCheck:
-    """Checks the units of a recording whose parts pass by; see `recordings.plausible_units`."""
+    """Checks the units of a recording whose parts pass by; see `recordings.plausible_units`.
 
-    def __init__(self, pen: PenConfig, read_as: Mapping[str, str]) -> None:
-        self._pen, self._read_as = pen, read_as
+    Parameters
+    ----------
+    read_as : sensor → the unit that its columns were read in
+    stamps : header of the times, and their unit; None does not judge it
+    """
+
+    def __init__(
+        self, pen: PenConfig, read_as: Mapping[str, str], *, stamps: tuple[str, str] | None = None
+    ) -> None:
+        self._pen, self._read_as, self._stamps = pen, read_as, stamps
         self._block: list[Recording] = []
         self._votes: dict[str, int] = {}
         self._refusals: dict[str, InputError] = {}
@@ -68,19 +86,37 @@ class UnitCheck:
             self._judge()
 
     def end(self) -> None:
-        """Raise `InputError` for the first sensor that looks as if it had another unit."""
+        """Raise `InputError` for times, or the first sensor, that look as if in another unit."""
         self._judge()
-        for sensor in self._pen.sensors:
-            if self._votes.get(sensor, 0) > 0:
-                raise self._refusals[sensor]
+        for judged in (TIME, *self._pen.sensors):
+            if self._votes.get(judged, 0) > 0:
+                raise self._refusals[judged]
 
     def _judge(self) -> None:
         if not self._block:
             return
-        block = joined(self._block)
+        block = joined(self._block) if len(self._block) > 1 else self._block[0]
         self._block = []
-        for sensor, refusal in unit_verdicts(block, self._pen, read_as=self._read_as).items():
+        verdicts = unit_verdicts(block, self._pen, read_as=self._read_as)
+        for judged, refusal in {TIME: self._time_verdict(block), **verdicts}.items():
             rows = len(block.time_s)
-            self._votes[sensor] = self._votes.get(sensor, 0) + (rows if refusal else -rows)
+            self._votes[judged] = self._votes.get(judged, 0) + (rows if refusal else -rows)
             if refusal is not None:
-                self._refusals.setdefault(sensor, refusal)
+                self._refusals.setdefault(judged, refusal)
+
+    def _time_verdict(self, block: Recording) -> InputError | None:
+        """Return the refusal of times in a unit in which no inertial sensor has such a rate."""
+        if self._stamps is None:
+            return None
+        header, unit = self._stamps
+        rows = spread(len(block.time_s))
+        for name, readings in block.readings.items():
+            sensor = self._pen.sensors[name]
+            if sensor.feels_gravity or sensor.reads_rate:
+                time_s = block.time_s[rows][has_reading(readings[rows])]
+                where = f"recording {block.name}"
+                try:
+                    check_time_unit(header, KNOWN_UNITS[unit], time_s, where)
+                except InputError as refusal:
+                    return refusal
+        return None

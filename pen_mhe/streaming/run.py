@@ -131,6 +131,7 @@ def estimate_stream(
         is_causal=causal,
         lag_samples=plan.lag,
         rows_without=survey.samples - samples,
+        notes=stream.notes,
     )
 
 

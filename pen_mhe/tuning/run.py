@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -21,14 +20,15 @@ from pen_mhe.tuning.pen_text import PenText
 from pen_mhe.tuning.result import TunedNumber, Tuning
 from pen_mhe.tuning.score import Judge
 from pen_mhe.tuning.search import Search
-from recordings.read import read_recording
+from recordings.asked import ColumnsAsked
+from recordings.read import RecordingPath, read_recording
 
 DEFAULT_OBJECTIVE = "innovations"
 DEFAULT_FIT, DEFAULT_SCORE = "first-half", "second-half"
 
 
 def tune(
-    recording: Recording | str | Path,
+    recording: Recording | RecordingPath,
     pen: AnyPen = "reference",
     *,
     objective: str = DEFAULT_OBJECTIVE,
@@ -37,6 +37,8 @@ def tune(
     fit: str = DEFAULT_FIT,
     score: str = DEFAULT_SCORE,
     units: Mapping[str, str] | None = None,
+    columns: ColumnsAsked | None = None,
+    strict: bool = False,
     writing_area: bool = True,
     on_progress: Callable[[int, float], None] | None = None,
 ) -> Tuning:
@@ -54,7 +56,7 @@ def tune(
     parameters : keys of the pen file, in any unit, or their beginnings (``motion``,
         ``sensors.camera``); None takes those that the objective is good for
     fit, score : parts of the recording, `pen_mhe.tuning.parts.PARTS`
-    units : of a file's columns, see `recordings.read.read_written`
+    units, columns, strict : of a file, see `recordings.read.read_written`
     writing_area : see `models.pen.pen_model`
     on_progress : called with the number of evaluations and the best value
 
@@ -74,7 +76,7 @@ def tune(
             raise unknown("part", part_name, PARTS)
     row, config, text = OBJECTIVES[objective], as_pen(pen), PenText.of(pen)
     if not isinstance(recording, Recording):
-        recording = read_recording(recording, config, units=units)
+        recording = read_recording(recording, config, units=units, columns=columns, strict=strict)
     used = _used_sensors(config, recording, objective, sensors)
     filtered = LevelFilter(config, used, writing_area=writing_area)
     measured = [s.name for s in filtered.base.model.measured_sensors]

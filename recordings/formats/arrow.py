@@ -40,6 +40,19 @@ def read_arrow(path: Path, where: str, expected: str) -> pa.Table:
             return found
 
 
+def read_headers(path: Path, where: str, expected: str) -> list[str]:
+    """Return the names of a Parquet file's own columns.
+
+    Raises
+    ------
+    InputError
+        If it is none or is damaged.
+    """
+    with reading(where, expected), open_regular(path, where, expected, None) as file:
+        names = _opened(file, where, expected).schema_arrow.names
+    return [names[i] for i in own_columns(names)]
+
+
 class ArrowParts:
     """A Parquet file whose rows are read some at a time, as often as one likes.
 

@@ -142,10 +142,9 @@ def numbers(cells: pd.Series, where: str, *, above: int = 0) -> Array:
     """
     if cells.dtype.kind in "mM":  # pandas would count a date's nanoseconds
         raise InputError(f"{where}: column {cells.name} holds {cells.dtype}, expected numbers")
-    try:
-        values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
-    except (TypeError, ValueError, OverflowError):  # objects, and whole numbers beyond a float
-        values = np.array([_number(cell) for cell in cells], dtype=float)
+    values = loose_numbers(cells)
+    if np.isfinite(values).all():
+        return values
     bad = np.flatnonzero(~np.isfinite(values) & cells.notna().to_numpy())
     if len(bad):
         found = value_text(str(cells.iloc[bad[0]]))
@@ -154,6 +153,14 @@ def numbers(cells: pd.Series, where: str, *, above: int = 0) -> Array:
             "a finite number, expected one (a sensor without a reading has an empty cell)"
         )
     return values
+
+
+def loose_numbers(cells: pd.Series) -> Array:
+    """Return a column's numbers (n,), NaN or infinity where a cell holds anything else."""
+    try:
+        return pd.to_numeric(cells, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+    except (TypeError, ValueError, OverflowError):  # objects, and whole numbers beyond a float
+        return np.array([_number(cell) for cell in cells], dtype=float)
 
 
 def _number(cell: object) -> float:

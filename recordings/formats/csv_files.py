@@ -1,8 +1,4 @@
-"""CSV files from elsewhere: a header, and as many cells in every row.
-
-Before pandas reads a file it is looked through once, in pieces: a cell without an end, or more
-rows than anybody records, are found at the cost of a look.
-"""
+"""CSV files from elsewhere: a header, and as many cells in every row."""
 
 from __future__ import annotations
 
@@ -15,18 +11,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, BinaryIO
 
-import numpy as np
 import pandas as pd
 
 from models.errors import InputError
 from models.limits import check_most, most, variable
 from models.regular_files import open_regular
 from models.shown_text import value_text
-
-PIECE = 1 << 22
-"""Bytes that are looked through at once."""
-WHOLE = ("rows", "values")
-"""Limits of a table that is kept whole."""
+from recordings.formats.cell_limits import check_cells
 
 
 def read_csv(path: Path, where: str) -> pd.DataFrame:
@@ -128,32 +119,6 @@ def check_header(header: Sequence[str], where: str) -> None:
             raise InputError(f"{where}: column {column} appears twice, expected it once")
         check_most("cell_bytes", len(column), f"{where}: column {value_text(column)}")
         seen.add(column)
-
-
-def check_cells(file: BinaryIO, columns: int, where: str, *, limits: Sequence[str] = WHOLE) -> None:
-    """Raise `InputError` where a file has a cell, or rows, beyond the limits, or a zero byte.
-
-    Parameters
-    ----------
-    limits : of the rows; none where they are not kept
-    """
-    longest, rows, since = most("cell_bytes"), 0, 0
-    file.seek(0)
-    while piece := file.read(PIECE):
-        marks = np.frombuffer(piece, dtype=np.uint8)
-        if not marks.all():
-            raise InputError(f"{where}: holds a zero byte, expected text")
-        ends = np.flatnonzero((marks == ord(",")) | (marks == ord("\n")) | (marks == ord("\r")))
-        gaps = np.diff(ends, prepend=-1 - since, append=len(piece)) - 1
-        if (length := int(gaps.max())) > longest:
-            start = int(ends[gaps.argmax() - 1]) + 1 if gaps.argmax() else 0
-            line = rows + 1 + piece.count(b"\n", 0, start)
-            check_most("cell_bytes", length, f"{where}: line {line} of the file")
-        since = int(gaps[-1])
-        rows += piece.count(b"\n")
-        for limit in limits:
-            check_most(limit, rows * (columns if limit == "values" else 1), where)
-    file.seek(0)
 
 
 def read_header(file: BinaryIO, where: str) -> list[str]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -40,8 +40,9 @@ class TableHeader:
     name : of the recording
     headers : in order of the columns, as they are read
     columns : header → meaning
-    sensors : sensor → its headers, in the order of its axes
+    sensors : sensor → its quantities, in the order of its axes; none that is left out
     units : sensor → the unit that its columns are read in, where they share one
+    silent : sensors that are left out, for their columns have no reading
     """
 
     where: str
@@ -50,6 +51,7 @@ class TableHeader:
     columns: Mapping[str, Column]
     sensors: Mapping[str, tuple[str, ...]]
     units: Mapping[str, str]
+    silent: tuple[str, ...] = ()
 
     @classmethod
     def of(
@@ -101,6 +103,42 @@ class TableHeader:
         quantities = (self.columns[header].quantity for header in self.headers)
         return tuple(q.removeprefix(TRUTH_PREFIX) for q in quantities if q.startswith(TRUTH_PREFIX))
 
+    @property
+    def stamps(self) -> tuple[str, str]:
+        """The header of the times, and their unit."""
+        return next((h, c.unit) for h, c in self.columns.items() if c.quantity == TIME)
+
+    def without_silent(
+        self, pen: PenConfig, tables: Iterable[pd.DataFrame]
+    ) -> tuple[TableHeader, tuple[str, ...]]:
+        """Leave out sensors that may be silent and were: a contact, while the tip touched nothing.
+
+        Parameters
+        ----------
+        tables : rows of the columns that this is the header of, all of them in turn; taken until
+            every such sensor has had a reading
+
+        Returns
+        -------
+        The header without these, and a sentence on each
+        """
+        silent = {
+            sensor: [i for i, h in enumerate(self.headers) if self.columns[h].quantity in axes]
+            for sensor, axes in self.sensors.items()
+            if pen.sensors[sensor].reads_touch or pen.sensors[sensor].is_rest
+        }
+        for table in tables if silent else ():
+            for sensor, columns in list(silent.items()):
+                if table.iloc[:, columns].notna().any(axis=None):
+                    del silent[sensor]
+            if not silent:
+                break
+        sensors = {name: axes for name, axes in self.sensors.items() if name not in silent}
+        if not sensors:  # then its columns are empty, which is refused
+            return self, ()
+        notes = tuple(f"{sensor} has no reading, left out" for sensor in silent)
+        return replace(self, sensors=sensors, silent=tuple(silent)), notes
+
     def recording(
         self, table: pd.DataFrame, *, above: int = 0, before_s: float = -np.inf
     ) -> Recording:
@@ -123,16 +161,17 @@ class TableHeader:
             column.quantity: self._in_si(table[header], column.factor, above)
             for header, column in self.columns.items()
         }
-        header = next(h for h, column in self.columns.items() if column.quantity == TIME)
+        header, _ = self.stamps
         time_s = increasing_times(values[TIME], header, self.where, above=above, before_s=before_s)
         readings = {
             sensor: np.column_stack([values[axis] for axis in axes])
             for sensor, axes in self.sensors.items()
         }
         arrivals = {
-            quantity.removesuffix(f"_{ARRIVAL}"): np.round(given, TIME_DIGITS)
+            sensor: np.round(given, TIME_DIGITS)
             for quantity, given in values.items()
             if quantity.endswith(f"_{ARRIVAL}")
+            and (sensor := quantity.removesuffix(f"_{ARRIVAL}")) not in self.silent
         }
         truth, names = None, self.truth_names
         if names:

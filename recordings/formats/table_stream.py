@@ -18,6 +18,7 @@ from models.regular_files import open_regular
 from recordings.formats.arrow import ArrowParts, own_columns
 from recordings.formats.csv_files import CsvParts, check_header
 from recordings.formats.table_header import TableHeader
+from recordings.unfit import unfit
 
 PART_ROWS = 10_000
 """Rows that are read at once: enough to cost nothing, few enough for their covariances."""
@@ -60,10 +61,13 @@ class TableStream:
     Parameters
     ----------
     header : what its columns give
+    notes : sentences on what is left out
     """
 
-    def __init__(self, table: TableParts, header: TableHeader) -> None:
-        self._table, self.header = table, header
+    def __init__(
+        self, table: TableParts, header: TableHeader, *, notes: tuple[str, ...] = ()
+    ) -> None:
+        self._table, self.header, self.notes = table, header, notes
 
     def parts(self, on_read: Callable[[float], None] | None = None) -> Iterator[Recording]:
         """Yield the recordings of successive rows.
@@ -74,11 +78,11 @@ class TableStream:
 
         Raises
         ------
-        InputError
+        UnfitTableError
             If a cell is not a finite number, or times do not increase.
         """
         above, before_s = 0, -np.inf
-        with reading(self.header.where, "a table"):
+        with unfit(), reading(self.header.where, "a table"):
             for table, fraction in self._table.tables(PART_ROWS):
                 part = self.header.recording(table, above=above, before_s=before_s)
                 above, before_s = above + len(table), float(part.time_s[-1])
@@ -93,14 +97,21 @@ def table_stream(
 ) -> Iterator[TableStream]:
     """Open a CSV or Parquet file of any size; see `recordings.formats.tables.load_table`.
 
+    Of a sensor that may be silent it is read until the first reading, see
+    `TableHeader.without_silent`.
+
     Raises
     ------
     InputError
-        If it cannot be opened, or its header is none of a recording of the pen.
+        If it cannot be opened.
+    UnfitTableError
+        If its header is none of a recording of the pen.
     """
     where, kind = f"recording {path}", f"a {path.suffix[1:]} table"
     with open_regular(path, where, kind, None) as file:
-        with reading(where, kind):
+        with unfit(), reading(where, kind):
             table = _OPENED[path.suffix](file, where)
             header = TableHeader.of(table.headers, pen, str(path), units=units)
-        yield TableStream(table, header)
+            rows = (part for part, _ in table.tables(PART_ROWS))
+            header, notes = header.without_silent(pen, rows)
+        yield TableStream(table, header, notes=notes)

@@ -37,7 +37,7 @@ from recordings.formats.columns import (
 from recordings.formats.csv_files import check_header, read_csv
 from recordings.formats.table_header import TableHeader
 from recordings.formats.table_writer import TableWriter
-from recordings.plausible_units import check_units
+from recordings.recording_check import RecordingCheck
 from recordings.written import WrittenRecording
 
 TABLE_SUFFIXES = (".csv", ".parquet")
@@ -101,9 +101,12 @@ def load_table(
     """Read a recording from a table whose units make sense; see `recording_from_table`."""
     table = read_table(path)
     header = TableHeader.of(list(table.columns), pen, str(path), units=units)
+    header, notes = header.without_silent(pen, [table])
     recording = _whole(header, table)
-    check_units(recording, pen, read_as=header.units)
-    return WrittenRecording(recording)
+    check = RecordingCheck(header, pen)
+    check.take(recording)
+    check.end()
+    return WrittenRecording(recording, notes=notes)
 
 
 def recording_from_table(

@@ -32,7 +32,9 @@ def words_of(command: str) -> set[str]:
     found = GROUP.get_command(GROUP.make_context("pen-mhe", ["observe"]), command)
     texts = [found.help or ""]
     for parameter in found.params:
-        texts += [parameter.help or "", *parameter.opts, *parameter.secondary_opts]
+        more = "..." if parameter.nargs == -1 else ""
+        names = [f"{name}{more}" for name in parameter.opts]
+        texts += [parameter.help or "", *names, *parameter.secondary_opts]
     return {word for text in texts for word in filled(text).split()}
 
 

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import gzip
 import io
 import json
 import tempfile
+import zipfile
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 from PIL import Image
+from rosbags.rosbag1 import Writer
+from rosbags.typesys import Stores, get_typestore
 
 from benchmark.runner.journal import LineFormat
 from benchmark.runner.outcome_lines import OUTCOME_LINES
@@ -50,6 +55,66 @@ OUTCOME = Outcome(
 )
 OUTCOMES = {TASK: OUTCOME, Task("pen", "a", "accel", "ekf", 0): failed("KeyError: 'what'")}
 _LINES: LineFormat[Task, Outcome] = OUTCOME_LINES
+
+
+@cache
+def _foreign() -> tuple[bytes, ...]:
+    """Short recordings as other people's loggers write them."""
+    lines = [f"{10 * k};{k / 9:.3f};0,1;0,99;{k};-2,5;0" for k in range(6)]
+    german = "\n".join(["Zeit [ms];ax [g];ay [g];az [g];gx [°/s];gy [°/s];gz [°/s]", *lines])
+    plain = "\n".join(f"{10 * k},{k},20,980,{k},2,3" for k in range(6))
+    long = "\n".join(f"{'ACC' if k % 2 else 'GYR'},{10**7 * k},0.1,{k},9.8" for k in range(8))
+    dates = "\n".join(f"2024-05-01T12:00:00.{k}Z 0 {k} 9.8 1 2 3" for k in range(6))
+    keys = "\n".join(f"t:{10 * k},ax:0.1,ay:0.{k},az:9.8" for k in range(6))
+    return (
+        german.encode("utf-16"),
+        german.encode("latin-1"),
+        f"// Update Rate: 100.0Hz\nmillis,ax,ay,az,gx,gy,gz\n{plain}\n".encode(),
+        f"sensor,time,x,y,z\n{long}".encode(),
+        f"time ax ay az wx wy wz\n{dates}".encode(),
+        keys.encode(),
+        gzip.compress(plain.encode()),
+    )
+
+
+@cache
+def _workbook() -> bytes:
+    rows = [["time (ms)", "ax", "ay", "az"], *([10 * k, 0.1 * k, 0.2, 9.8] for k in range(5))]
+    file, book = io.BytesIO(), openpyxl.Workbook()
+    for row in rows:
+        book.active.append(row)
+    book.save(file)
+    return file.getvalue()
+
+
+def _archive() -> bytes:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        for name in ("Accelerometer", "Gyroscope"):
+            rows = "\n".join(f"{k / 100},{k},2,9.8" for k in range(5))
+            archive.writestr(f"{name}.csv", f"time,x,y,z\n{rows}\n")
+    return file.getvalue()
+
+
+@cache
+def _bag() -> bytes:
+    """A bag of ROS 1 with a few messages."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kind = store.types
+    with tempfile.TemporaryDirectory() as scratch:
+        path = Path(scratch) / "pen.bag"
+        with Writer(path) as bag:
+            name = "geometry_msgs/msg/PoseStamped"
+            topic = bag.add_connection("/pose", name, typestore=store)
+            for k in range(3):
+                at = kind["builtin_interfaces/msg/Time"](sec=k, nanosec=10**8)
+                head = kind["std_msgs/msg/Header"](seq=k, stamp=at, frame_id="pen")
+                place = kind["geometry_msgs/msg/Point"](x=0.1, y=0.2, z=0.3)
+                turn = kind["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0)
+                pose = kind["geometry_msgs/msg/Pose"](position=place, orientation=turn)
+                message = kind[name](header=head, pose=pose)
+                bag.write(topic, 10**9 * k, store.serialize_ros1(message, name))
+        return path.read_bytes()
 
 
 @cache
@@ -130,6 +195,10 @@ def seeds(target: str) -> tuple[bytes, ...]:
         "csv": (csv,),
         "own_csv": (b"time_s,gps_x,push_m_s2\n0,0.1,\n0.1,,1e-3\n",),
         "parquet": (parquet,),
+        "foreign": _foreign(),
+        "workbook": (_workbook(),),
+        "archive": (_archive(),),
+        "bag": (_bag(),),
         "dpoint": (_dpoint(),),
         "array": (_array(),),
         "scan": (_scan(),),

@@ -33,7 +33,7 @@ from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE
 from recordings.formats.imu_array import FILE as ARRAY
 from recordings.formats.imu_array import read_imu_array
 from recordings.ink import ink_points_mm
-from recordings.read import read_recording
+from recordings.read import read_recording, read_written
 from tests.fuzz.seeds import IDENTITY, SPLIT, TASK, results_tables, seeds
 
 LONGEST_S = 1.0
@@ -81,6 +81,12 @@ def own() -> StateSpaceModel:
     )
 
 
+def _foreign(data: bytes) -> None:
+    name = "pen.txt.gz" if data.startswith(b"\x1f\x8b") else "pen.txt"
+    found = read_written(written(name, data), pen("reference"))
+    assert all(sentence.isprintable() for sentence in found.sentences())
+
+
 def _dpoint(data: bytes) -> None:
     stylus, _, camera = data.partition(SPLIT)
     written(STYLUS_FILE, stylus)
@@ -118,6 +124,10 @@ TARGETS: Mapping[str, Callable[[bytes], object]] = MappingProxyType(
         "csv": lambda data: read_recording(written("pen.csv", data), pen("reference")),
         "own_csv": lambda data: read_recording(written("own.csv", data), own()),
         "parquet": lambda data: read_recording(written("pen.parquet", data), pen("reference")),
+        "foreign": _foreign,
+        "workbook": lambda data: read_written(written("pen.xlsx", data), pen("reference")),
+        "archive": lambda data: read_written(written("pen.zip", data), pen("reference")),
+        "bag": lambda data: read_written(written("pen.bag", data), pen("reference")),
         "dpoint": _dpoint,
         "array": lambda data: read_imu_array(written(ARRAY, data).parent),
         "scan": lambda data: ink_points_mm(written("scan.jpg", data)),

@@ -62,7 +62,7 @@ def test_a_whole_number_beyond_a_float(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_cells_are_measured_across_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("recordings.formats.csv_files.PIECE", 7)
+    monkeypatch.setattr("recordings.formats.cell_limits.PIECE", 7)
     path = tmp_path / "pen.csv"
     path.write_text("\n".join([HEADER, *ROWS, f"0.05,{'1' * 200},0,9.81"]))
     read_recording(path, PEN)

@@ -16,7 +16,7 @@ from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from recordings.formats.table_stream import table_stream
 from recordings.formats.table_writer import TableWriter
-from recordings.formats.tables import read_table, write_table
+from recordings.formats.tables import load_table, read_table, write_table
 from recordings.read import read_recording
 from recordings.recording_check import RecordingCheck, UnitCheck
 from tests.recordings.swings import swinging
@@ -80,6 +80,11 @@ def in_g() -> pd.DataFrame:
     return table().rename(columns=lambda name: name.replace("m_s2", "g"))
 
 
+def silent() -> pd.DataFrame:
+    """A tip that touched nothing."""
+    return table().assign(contact_z_m=np.nan, contact_arrival_s=np.nan)
+
+
 BAD: dict[str, Callable[[], pd.DataFrame]] = {
     "text in row 10": changed(9, "accel_y_m_s2", "warm"),
     "time repeated across parts": changed(4, "time_s", 0.03),
@@ -92,6 +97,9 @@ BAD: dict[str, Callable[[], pd.DataFrame]] = {
     "an axis that is missing": lambda: table().drop(columns="accel_y_m_s2"),
     "no rows": lambda: table().iloc[:0],
     "one row": lambda: table().iloc[:1],
+    "times in another unit": lambda: table().assign(time_s=lambda rows: 1e3 * rows["time_s"]),
+    "all silent": lambda: table()[["time_s"]].assign(contact_z_m=np.nan),
+    "text where it is silent": lambda: silent().assign(contact_z_m=[*[None] * 10, "no"]),
     "in another unit": lambda: table().assign(accel_x_m_s2=0, accel_y_m_s2=0, accel_z_m_s2=1.0),
 }
 
@@ -102,10 +110,27 @@ def test_what_is_refused_whole_is_refused_in_parts(tmp_path: Path, fault: str) -
     path = tmp_path / "pen.csv"
     BAD[fault]().to_csv(path, index=False)
     with pytest.raises(InputError) as whole:
-        read_recording(path, PEN)
+        load_table(path, PEN)
     with pytest.raises(InputError) as in_parts:
         parts_of(path)
     assert str(in_parts.value) == str(whole.value)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("readings", [0, 1])
+def test_a_sensor_that_may_be_silent(tmp_path: Path, suffix: str, readings: int) -> None:
+    """It is left out where it was, whole and in parts, and not where its last row has a reading."""
+    path, heights = tmp_path / f"pen{suffix}", [*[np.nan] * (11 - readings), *[0.0] * readings]
+    arrivals = [*[np.nan] * (11 - readings), *[1.0] * readings]
+    write_table(silent().assign(contact_z_m=heights, contact_arrival_s=arrivals), path)
+    whole, parts = load_table(path, PEN), parts_of(path)
+    with table_stream(path, PEN) as stream:
+        assert stream.notes == whole.notes
+    assert whole.notes == (() if readings else ("contact has no reading, left out",))
+    assert ("contact" in whole.recording.readings) == bool(readings)
+    one = joined(parts)
+    assert set(one.readings) == set(whole.recording.readings)
+    assert set(one.arrivals) == set(whole.recording.arrivals)
 
 
 def test_a_ragged_row_is_named_by_its_line(tmp_path: Path) -> None:

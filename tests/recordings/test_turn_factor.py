@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from models.units import STANDARD_GRAVITY_M_S2
-from recordings.plausible_units import turn_factor
+from recordings.turn_factor import turn_factor
 from tests.recordings.swings import swinging
 
 DEG, G = np.pi / 180, STANDARD_GRAVITY_M_S2

@@ -1,0 +1,207 @@
+"""What headers mean, by the words in them: a table of words, not a branch for a logger.
+
+A header is a kind's words, an axis, and a unit: ``ax``, ``Gyr_Y``, ``Beschl. Z [g]``,
+``field.angular_velocity.x``, ``accelerometerAccelerationX(G)``. What is left is a label, which
+tells sensors of one kind apart: ``left accel x``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from recordings.foreign.header_units import (
+    KNOWN_UNITS,
+    Unit,
+    spelt_words,
+    split_header,
+    unit_of,
+    words_of,
+)
+
+ACCELEROMETER, GYROSCOPE, MAGNETOMETER = "accelerometer", "gyroscope", "magnetometer"
+LINEAR, GRAVITY = "linear acceleration", "gravity"
+POSITION, ATTITUDE = "position", "attitude"
+
+KIND_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        LINEAR: (
+            "user acceleration", "user acc", "linear acceleration", "linear accelerometer",
+            "lin acc", "linacc", "linear acc", "free acc", "freeacc", "free acceleration",
+            "useraccel", "user accel", "linear accel", "lineare beschleunigung", "linaccel",
+        ),
+        GRAVITY: ("gravity", "grav", "gravitation", "schwerkraft"),
+        ATTITUDE: (
+            "quaternion", "quat", "orientation", "attitude", "rotation vector", "q",
+            "orientierung",
+        ),
+        GYROSCOPE: (
+            "rotation rate", "gyro rotation", "angular velocity", "angular rate",
+            "angular speed", "ang vel", "angvel", "turn rate", "gyroscope", "gyro", "gyr", "gyros",
+            "drehrate", "drehraten",
+            "winkelgeschwindigkeit", "winkelgeschw", "gyroskop", "vitesse angulaire",
+            "velocidad angular", "velocita angolare", "giroscopio", "omega",
+            "rate", "rot", "w", "g",
+        ),
+        MAGNETOMETER: (
+            "magnetometer", "magnetic field", "magnetic", "magnetfeld", "magnet", "mag",
+            "campo magnetico", "champ magnetique", "compass", "m",
+        ),
+        ACCELEROMETER: (
+            "accelerometer acceleration", "total acceleration", "acceleration", "accelerometer",
+            "accel", "acc", "accelero", "accelerations", "beschleunigung", "beschl",
+            "specific force", "aceleracion", "accelerazione", "accelerometre", "xl", "a",
+        ),
+        POSITION: ("position", "pos", "translation", "p", "tip position"),
+    }
+)  # fmt: skip
+"""Kind → words for it; of several that fit a header, the first row counts, and longer words."""
+
+AXIS_OF = MappingProxyType({"x": "x", "y": "y", "z": "z"})
+QUATERNION = MappingProxyType(
+    {"w": "w", "x": "x", "y": "y", "z": "z", "q0": "w", "q1": "x", "q2": "y", "q3": "z"}
+)
+_FILLERS = spelt_words(
+    "axis achse axe eje component value val raw data field calibrated reading sensor the "
+    "of to imu msg measured pose with filtered smooth in"
+)
+_NOT_READINGS = spelt_words(
+    "covariance cov bias std var variance offset drift temperature temp norm abs absolute "
+    "magnitude true covariance0 accuracy status"
+)
+_TIME_WORDS = spelt_words(
+    "time times timestamp timestamps stamp zeit zeitstempel uhrzeit t elapsed uptime "
+    "temps tiempo tempo datetime date utc epoch epoc ticks tick clock recordtime "
+    "sampletimefine"
+)
+_NO_TIME = spelt_words(
+    "zone timezone step delta dt diff offset accuracy name count counter duration"
+)
+KIND_OF_SI: Mapping[str, str] = MappingProxyType(
+    {"m_s2": ACCELEROMETER, "rad_s": GYROSCOPE, "t": MAGNETOMETER}
+)
+"""What a reading with an axis is of, where its unit says it and its words do not."""
+_GLUED = re.compile(r"^(.+?)([xyz])(\d*)$|^([xyz])([a-z]+)$")
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What a header means.
+
+    Parameters
+    ----------
+    kind : of `KIND_WORDS`
+    label : the words that are left: which of several sensors
+    axis : ``x``, ``y``, ``z``, and ``w`` of a quaternion
+    unit : as it is written; None where it is not
+    """
+
+    kind: str
+    label: str
+    axis: str
+    unit: Unit | None
+
+
+def meaning(header: str, context: str = "") -> Meaning | None:
+    """Return what a header means as a reading; None where it is none.
+
+    Parameters
+    ----------
+    context : name of its file, sheet or topic, for headers like ``x`` in ``Gyroscope.csv``
+    """
+    stem, unit = split_header(header)
+    if unit is None and (index := re.search(r"[\[(]([0-3])[\])]\s*$", header)):
+        stem = f"{split_header(header[: index.start()])[0]} {'xyzw'[int(index[1])]}"
+        unit = split_header(header[: index.start()])[1]
+    words = [word for part in words_of(stem) for word in _unglued(part)]
+    if _NOT_READINGS & set(words):
+        return None
+    axes = [word for word in words if word in QUATERNION]
+    words = [word for word in words if word not in _FILLERS]
+    if len(axes) != 1:
+        axes = [word for word in axes if word != "w"]  # a rate here: ``w x``
+    if len(axes) != 1:
+        return None
+    words.remove(axes[0])
+    found = _kind(words)
+    if found is None and unit is not None and unit.si in KIND_OF_SI:
+        found = KIND_OF_SI[unit.si], words
+    if found is None and not words:
+        found = _kind(words_of(context))
+        found = found and (found[0], [])
+    if found is None:
+        return None
+    kind, label = found
+    axis = QUATERNION[axes[0]]
+    if unit is not None:
+        kind = KIND_OF_SI.get(unit.si, kind)
+    if kind == ATTITUDE or axis in AXIS_OF:
+        return Meaning(kind, " ".join(label), axis, _rate(unit) if kind == GYROSCOPE else unit)
+    return None
+
+
+def kind_of_words(text: str) -> str | None:
+    """Return the kind that a text names: ``TYPE_ACCELEROMETER``, ``gyro``; None where none."""
+    found = _kind([word for word in words_of(text) if word not in ("type", "android", "sensor")])
+    return None if found is None else found[0]
+
+
+def time_words(header: str) -> tuple[str, Unit | None] | None:
+    """Return the words of a header of times and their unit; None for any other header."""
+    stem, unit = split_header(header)
+    words = words_of(stem)
+    if _NO_TIME & set(words_of(header)) or (unit is not None and unit.si != "s"):
+        return None
+    # ``millis`` and ``TimeUS`` are units in themselves.
+    units = [one for one in map(unit_of, words) if one and one.si == "s"]
+    if unit is None and units and len(words[-1]) > 1:
+        unit = units[-1]
+    if unit is None and not _TIME_WORDS & set(words) and "sample time fine" not in stem:
+        return None
+    return " ".join(words), unit
+
+
+def _unglued(word: str) -> list[str]:
+    """Split ``ax`` and ``accx1`` into word, axis and number where the rest is a kind's word."""
+    if word in QUATERNION or word in _ALL_WORDS:
+        return [word]
+    if re.fullmatch("q[wxyz]", word):
+        return ["q", word[1]]
+    found = _GLUED.match(word)
+    if found is None:
+        return [word]
+    before, axis, number, first, after = found.groups()
+    if first is not None:
+        return [after, first] if after in _ALL_WORDS else [word]
+    return [before, axis, *([number] if number else [])] if before in _ALL_WORDS else [word]
+
+
+def _rate(unit: Unit | None) -> Unit | None:
+    """Return rad/s for rad, and deg/s for deg: a gyroscope reads rates."""
+    return unit and KNOWN_UNITS.get(f"{unit.name}_s", unit) if unit and unit.si == "rad" else unit
+
+
+def _kind(words: list[str]) -> tuple[str, list[str]] | None:
+    """Return the kind and the words that are left."""
+    plain = f" {' '.join(re.sub(r'[0-9]+$', '', word) for word in words)} "
+    for kind, phrases in KIND_WORDS.items():
+        for phrase in phrases:
+            at = plain.find(f" {phrase} ")
+            if at >= 0:
+                start = plain[:at].count(" ")
+                n = phrase.count(" ") + 1
+                digits = [re.sub(r"^[a-z]+", "", word) for word in words[start : start + n]]
+                label = words[:start] + [d for d in digits if d] + words[start + n :]
+                return kind, [word for word in label if _kind_words_of(word) != kind]
+    return None
+
+
+def _kind_words_of(word: str) -> str | None:
+    return next((kind for kind, phrases in KIND_WORDS.items() if word in phrases), None)
+
+
+_ALL_WORDS = frozenset(
+    word for phrases in KIND_WORDS.values() for phrase in phrases for word in phrase.split()
+)

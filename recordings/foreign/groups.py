@@ -1,0 +1,223 @@
+"""Columns that are one sensor's reading: those of a kind and a label, one for each axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.arrays import Array
+from models.errors import InputError
+from models.names import unknown
+from models.pen_config import PenConfig
+from models.plain_names import plain_name
+from models.shown_text import short
+from recordings.foreign.column_names import ATTITUDE, POSITION, kind_of_words, meaning
+from recordings.foreign.header_units import KNOWN_UNITS, Unit, split_header
+from recordings.foreign.source_table import SourceTable
+from recordings.formats.columns import ARRIVAL, TIME, TRUTH_PREFIX, Column, numbers
+
+POSE = "pose_camera"
+POSE_AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
+"""Of a position and a quaternion, which becomes a rotation vector."""
+TURNS = ("rx", "ry", "rz")
+"""Axes of a rotation vector."""
+
+
+Rows = slice | NDArray[np.int64]
+ALL: Rows = slice(None)
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Columns of a table that are one sensor's reading.
+
+    Parameters
+    ----------
+    kind : of `recordings.foreign.column_names.KIND_WORDS`, or of a sensor of the pen
+    label : which of several
+    table : where they stand
+    headers : axis → column
+    unit : as the headers write it; None where they do not
+    sensor : of the pen, where the headers or somebody names it
+    added : columns that are added to the first, axis by axis: gravity to what is without it
+    own : axis → column as a recording of the pen calls it, where the file does so too
+    known : what such columns mean
+    """
+
+    kind: str
+    label: str
+    table: SourceTable
+    headers: Mapping[str, str]
+    unit: Unit | None
+    sensor: str | None = None
+    added: Mapping[str, str] | None = None
+    own: Mapping[str, str] = field(default_factory=dict)
+    known: Mapping[str, Column] = field(default_factory=dict)
+
+    def values(self, axes: Sequence[str], rows: Rows = ALL) -> Array:
+        """Return the readings (n, k) as they stand in the file, NaN where there is none."""
+        where = f"recording {self.table.name}"
+        whole = isinstance(rows, slice) and rows == ALL
+        frame = self.table.frame if whole else self.table.frame.iloc[rows]
+        found = [numbers(frame[self.headers[axis]], where) for axis in axes]
+        if self.added is not None:
+            more = [numbers(frame[self.added[axis]], where) for axis in axes]
+            found = [one + other for one, other in zip(found, more, strict=True)]
+        return np.column_stack(found)
+
+    def factors(self, axes: Sequence[str], factor: float) -> Array:
+        """Return the factors to SI (k,): those of the columns' own names, else one for all.
+
+        A pose's angles have that of their headers, else are in rad.
+        """
+        if self.kind == POSE and not self.own:
+            return np.array(
+                [_angle_factor(self.headers[a]) if a in TURNS else factor for a in axes]
+            )
+        if not self.own:
+            return np.full(len(axes), factor)
+        return np.array([self.known[self.own[axis]].factor for axis in axes])
+
+    @property
+    def has_quaternion(self) -> bool:
+        """Whether it is a pose whose attitude is a quaternion."""
+        return self.kind == POSE and "qw" in self.headers
+
+    def used(self) -> tuple[str, ...]:
+        """Return the names of its columns."""
+        return (*self.headers.values(), *(self.added or {}).values())
+
+    def columns(self) -> str:
+        """Return the names of its columns in a sentence."""
+        names = ", ".join(short(header) for header in self.headers.values())
+        return names if self.added is None else f"{names} plus {', '.join(self.added.values())}"
+
+
+def canonical_headers(table: SourceTable, known: Mapping[str, Column]) -> dict[str, str]:
+    """Return the table's columns that a recording of the pen has by the same name, → that name.
+
+    Capital letters, dashes and blanks do not count.
+    """
+    by_plain = {name.casefold(): name for name in known}
+    found = {}
+    for header in map(str, table.frame.columns):
+        name = by_plain.get(plain_name(header).casefold())
+        if name is not None and name != TIME:
+            found[header] = name
+    return found
+
+
+def groups_of(
+    table: SourceTable,
+    pen: PenConfig,
+    canonical: Mapping[str, str],
+    known: Mapping[str, Column],
+    asked: Mapping[str, Sequence[str]],
+) -> list[Group]:
+    """Return the groups of a table: those that somebody names, then the pen's own, then by words.
+
+    Parameters
+    ----------
+    canonical : of `canonical_headers`
+    known : header → meaning, of `recordings.formats.columns.recording_columns`
+    asked : sensor → columns of this table
+
+    Raises
+    ------
+    InputError
+        If a sensor is asked for with another number of columns than it has axes.
+    """
+    groups = [_asked(table, pen, sensor, names) for sensor, names in asked.items()]
+    taken = {header for group in groups for header in group.headers.values()}
+    named = {group.sensor for group in groups}
+    for sensor, config in pen.sensors.items():
+        own = {
+            axis: (header, name)
+            for axis, _ in config.reading_axes
+            for header, name in canonical.items()
+            if known[name].quantity == f"{sensor}_{axis}"
+        }
+        if own and sensor not in named:
+            headers = {axis: header for axis, (header, _) in own.items()}
+            names = {axis: name for axis, (_, name) in own.items()}
+            groups.append(_own(config.kind, table, headers, names, known, sensor))
+            taken |= set(headers.values())
+    found: dict[tuple[str, str], tuple[dict[str, str], list[Unit | None]]] = {}
+    for header in map(str, table.frame.columns):
+        told = None if header in taken or header in canonical else meaning(header, table.name)
+        if told is not None:
+            axes, written = found.setdefault((told.kind, told.label), ({}, []))
+            axes.setdefault(told.axis, header)
+            written.append(told.unit)
+    for (kind, label), (headers, written) in found.items():
+        if set("xyz") <= set(headers) or (len(headers) < 3 and kind not in (POSITION, ATTITUDE)):
+            unit = written[0] if len(set(written)) == 1 else None
+            ordered = {axis: headers[axis] for axis in "xyzw" if axis in headers}
+            groups.append(Group(kind, label, table, ordered, unit))
+    return groups
+
+
+def _own(
+    kind: str,
+    table: SourceTable,
+    headers: Mapping[str, str],
+    names: Mapping[str, str],
+    known: Mapping[str, Column],
+    sensor: str,
+) -> Group:
+    """Return the group of columns that are called as a recording of the pen calls them."""
+    if all(known[name].quantity == name for name in names.values()):
+        return Group(kind, "", table, headers, None, sensor, known=known)  # no unit is written
+    units = {KNOWN_UNITS[known[name].unit] for name in names.values()}
+    unit = units.pop() if len(units) == 1 else None
+    return Group(kind, "", table, headers, unit, sensor, own=names, known=known)
+
+
+def with_poses(groups: Sequence[Group]) -> list[Group]:
+    """Join positions and quaternions of one label to poses; leave out those that are alone."""
+    joined = [group for group in groups if group.kind not in (POSITION, ATTITUDE)]
+    for place in (group for group in groups if group.kind == POSITION):
+        for turn in (group for group in groups if group.kind == ATTITUDE):
+            if turn.table is place.table and turn.label == place.label and "w" in turn.headers:
+                headers = {**place.headers, **{f"q{a}": h for a, h in turn.headers.items()}}
+                joined.append(Group(POSE, place.label, place.table, headers, place.unit))
+    return joined
+
+
+def _angle_factor(header: str) -> float:
+    unit = split_header(header)[1]
+    return 1.0 if unit is None or unit.si != "rad" else unit.factor
+
+
+def is_passed_on(quantity: str) -> bool:
+    """Whether a recording takes a column beside those of its sensors: truth, and arrivals."""
+    return quantity.startswith(TRUTH_PREFIX) or quantity.endswith(f"_{ARRIVAL}")
+
+
+def _asked(table: SourceTable, pen: PenConfig, name: str, names: Sequence[str]) -> Group:
+    config = pen.sensors.get(name)
+    kind = kind_of_words(name) if config is None else config.kind
+    if kind is None:
+        raise unknown("columns: sensor", name, ("time", *pen.sensors))
+    axes = tuple("xyz") if config is None else tuple(axis for axis, _ in config.reading_axes)
+    if config is not None and config.sees_pose and len(names) == len(POSE_AXES):
+        kind, axes = POSE, _pose_axes(names)
+    if len(names) != len(axes):
+        raise InputError(
+            f"columns of {name}: {', '.join(names)}, "
+            f"expected {len(axes)} of them: {', '.join(axes)}"
+        )
+    headers = dict(zip(axes, names, strict=True))
+    units = {split_header(header)[1] for header in names}
+    unit = units.pop() if len(units) == 1 else None
+    return Group(kind, "", table, headers, unit, None if config is None else name)
+
+
+def _pose_axes(names: Sequence[str]) -> tuple[str, ...]:
+    """Return which column is which: as their names say, else w last."""
+    told = [meaning(name) for name in names[3:]]
+    axes = tuple(f"q{one.axis}" for one in told if one is not None)
+    return (*POSE_AXES[:3], *(axes if sorted(axes) == sorted(POSE_AXES[3:]) else POSE_AXES[3:]))

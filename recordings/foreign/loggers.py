@@ -1,0 +1,76 @@
+"""Loggers by their headers: what each writes where its headers say nothing of it.
+
+A row is a public description of what a program writes; what the data say against it counts more.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from recordings.foreign.column_names import ACCELEROMETER, GRAVITY, GYROSCOPE, LINEAR
+from recordings.foreign.source_table import SourceTable
+
+_SI: Mapping[str, str] = {
+    ACCELEROMETER: "m_s2", LINEAR: "m_s2", GRAVITY: "m_s2", GYROSCOPE: "rad_s"
+}  # fmt: skip
+_APPLE: Mapping[str, str] = {
+    ACCELEROMETER: "g", LINEAR: "g", GRAVITY: "g", GYROSCOPE: "rad_s"
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Logger:
+    """A program that writes recordings.
+
+    Parameters
+    ----------
+    name : for people
+    headers : what its headers, joined by bars, match
+    units : kind → unit of its readings where their headers have none
+    force_sign : -1 where an accelerometer at rest reads downward
+    source : where that is written
+    """
+
+    name: str
+    headers: str
+    units: Mapping[str, str] = field(default_factory=dict)
+    force_sign: float = 1.0
+    source: str = ""
+
+
+LOGGERS: tuple[Logger, ...] = (
+    Logger(
+        "SensorLog for iOS", r"loggingTime\(|accelerometerAccelerationX|motionUserAccelerationX",
+        _APPLE, -1.0, "sensorlog.berndthomas.net; signs: Apple's CMAccelerometerData",
+    ),
+    Logger(
+        "Apple's CoreMotion", r"userAcceleration\W?x|rotationRate\W?x", _APPLE, -1.0,
+        "developer.apple.com/documentation/coremotion: total = gravity + userAcceleration, g",
+    ),
+    Logger(
+        "Sensor Logger", r"seconds_elapsed", _SI, 1.0,
+        "github.com/tszheichoi/awesome-sensor-logger: time in ns, Accelerometer without gravity",
+    ),
+    Logger("GNSSLogger for Android", r"Uncal(Accel|Gyro)[XYZ]", _SI, 1.0, "android/SensorEvent"),
+    Logger(
+        "Xsens MT Manager", r"PacketCounter|SampleTimeFine", {ACCELEROMETER: "m_s2"}, 1.0,
+        "MT Manager User Manual: Acc m/s2, Gyr rad/s; Movella DOT: Gyr deg/s",
+    ),
+    Logger(
+        "ROS", r"linear_acceleration|angular_velocity",
+        {LINEAR: "m_s2", ACCELEROMETER: "m_s2", GYROSCOPE: "rad_s"}, 1.0,
+        "sensor_msgs/Imu: m/s2 with gravity, rad/s",
+    ),
+    Logger("ArduPilot", r"TimeUS.*(AccX|GyrX)|(AccX|GyrX).*TimeUS", _SI, 1.0, "log message IMU"),
+    Logger("PX4", r"accelerometer_m_s2\[0\]|gyro_rad\[0\]", _SI, 1.0, "sensor_combined.msg"),
+    Logger("phyphox", r"Time \(s\).*(Acceleration|Gyroscope) [xX]", {}, 1.0, "phyphox.org"),
+    Logger("an Arduino sketch", r"(^|\|)\W*(millis|micros)\b", {}),
+)  # fmt: skip
+
+
+def logger_of(tables: Sequence[SourceTable]) -> Logger | None:
+    """Return the logger that wrote tables; None where no row of `LOGGERS` knows their headers."""
+    headers = "|".join(str(header) for table in tables for header in table.frame.columns)
+    return next((row for row in LOGGERS if re.search(row.headers, headers)), None)

@@ -1,0 +1,147 @@
+"""The unit of a group of columns, and its factor to SI: asked for, written, or found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arrays import Array
+from models.errors import InputError
+from models.names import did_you_mean
+from models.pen_config import PenConfig
+from models.shown_text import short
+from models.units import UNITS
+from recordings.foreign.clocks import Clock
+from recordings.foreign.found_units import acceleration_unit, rate_unit
+from recordings.foreign.groups import POSE, Group
+from recordings.foreign.header_units import KNOWN_UNITS, Unit
+from recordings.foreign.loggers import Logger
+from recordings.foreign.units_asked import unit_asked
+from recordings.formats.columns import TIME
+from recordings.plausible_units import spread
+
+LARGEST_POSITION_M = 20.0
+"""Positions beyond this, without a unit, are millimetres."""
+_Readings = tuple[Array, Array]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What turns a group's readings into SI.
+
+    Parameters
+    ----------
+    unit : its factor is that of the whole, a sign included
+    why : what says so, for a sentence; empty where a header or an option says it
+    is_asked : whether an option says it
+    """
+
+    unit: Unit
+    why: str = ""
+    is_asked: bool = False
+
+
+def check_asked(units: Mapping[str, str], sensors: Iterable[str], name: str) -> None:
+    """Raise `InputError` for a unit of a sensor that has no columns."""
+    known = tuple(sensors)
+    for sensor in units:
+        if sensor != TIME and sensor not in known:
+            raise InputError(
+                f"recording {name}: a unit is given for {short(sensor)}, which has no columns, "
+                f"expected one of {', '.join(known)}{did_you_mean(sensor, known)}"
+            )
+
+
+def scales_of(
+    clocks: Sequence[Clock], units: Mapping[str, str], logger: Logger | None, pen: PenConfig
+) -> dict[str, Scale]:
+    """Return the scale of every sensor; accelerometers first, as they tell of gyroscopes.
+
+    Raises
+    ------
+    InputError
+        If a unit is none of its quantity, or nothing says that of an accelerometer.
+    """
+    scales: dict[str, Scale] = {}
+    force: tuple[_Readings, str] | None = None
+    every = [(clock, sensor, group) for clock in clocks for sensor, group in clock.groups.items()]
+    for clock, sensor, group in sorted(every, key=lambda one: pen.sensors[one[1]].reads_rate):
+        config = pen.sensors[sensor]
+        si = config.reading_axes[0][1]
+        asked = None
+        if sensor in units:
+            where = f"recording {group.table.name}: unit {short(units[sensor])} of {sensor}"
+            asked = Scale(unit_asked(units[sensor], si, where), is_asked=True)
+        written = None
+        if group.unit is not None and group.unit.si == si:
+            written = Scale(group.unit)
+        axes = tuple(group.headers)
+        rows = spread(len(clock.mended.time_s))
+        kept = clock.mended.rows
+        values = group.values(axes, rows if isinstance(kept, slice) else kept[rows])
+        complete = np.isfinite(values).all(axis=1)
+        read = clock.mended.time_s[rows][complete] + clock.origin_s, values[complete]
+        if config.feels_gravity:
+            scales[sensor] = _force_scale(group, read[1], asked or written, logger)
+            if len(axes) == 3 and force is None:
+                force = read, scales[sensor].unit.name
+        elif config.reads_rate:
+            scales[sensor] = asked or written or _rate_scale(group, read, force, logger)
+        elif group.kind == POSE:
+            scales[sensor] = asked or written or _position_scale(read[1])
+        else:
+            scales[sensor] = asked or written or Scale(KNOWN_UNITS[si], "assumed")
+    return scales
+
+
+def is_checked(scale: Scale) -> bool:
+    """Whether a unit was given, and can be checked against the readings."""
+    return not scale.why and scale.unit.name in UNITS.get(scale.unit.si, ())
+
+
+def _force_scale(group: Group, values: Array, given: Scale | None, logger: Logger | None) -> Scale:
+    sign = 1.0 if logger is None or group.own else logger.force_sign
+    if given is not None:
+        return _signed(given, sign)
+    found = acceleration_unit(values) if values.shape[1] == 3 else None
+    if found is not None:
+        return _signed(Scale(found.unit, found.why), sign)
+    if logger is not None and group.kind in logger.units:
+        return _signed(
+            Scale(KNOWN_UNITS[logger.units[group.kind]], f"as {logger.name} writes"), sign
+        )
+    norms = np.linalg.norm(values, axis=1)
+    median = float(np.median(norms)) if len(norms) else 0.0
+    raise InputError(
+        f"recording {group.table.name}: the unit of {group.columns()} is not written, and the "
+        f"median of its norm, {median:.4g}, is gravity in none, "
+        f"expected --units {group.sensor}=m_s2, g, mg, or counts like g/16384"
+    )
+
+
+def _rate_scale(
+    group: Group, read: _Readings, force: tuple[_Readings, str] | None, logger: Logger | None
+) -> Scale:
+    found = None
+    if read[1].shape[1] == 3:
+        of_force, force_unit = (None, "") if force is None else force
+        found = rate_unit(*read, of_force, force_unit=force_unit)
+    is_sure = found is not None and found.why != "assumed"
+    if not is_sure and logger is not None and group.kind in logger.units:
+        return Scale(KNOWN_UNITS[logger.units[group.kind]], f"as {logger.name} writes")
+    return Scale(KNOWN_UNITS["rad_s"], "assumed") if found is None else Scale(found.unit, found.why)
+
+
+def _position_scale(values: Array) -> Scale:
+    """Return metres, or millimetres for what is too far away."""
+    far = float(np.abs(values[:, :3]).max(initial=0.0)) > LARGEST_POSITION_M
+    return Scale(KNOWN_UNITS["mm" if far else "m"], "assumed by how large they are")
+
+
+def _signed(scale: Scale, sign: float) -> Scale:
+    if sign > 0:
+        return scale
+    why = ", ".join(filter(None, (scale.why, "sign turned: it reads downward at rest")))
+    return Scale(Unit(scale.unit.name, scale.unit.si, sign * scale.unit.factor), why)

@@ -1,0 +1,107 @@
+"""How much faster than a gyroscope says gravity turns in an accelerometer.
+
+While a pen moves gently, the direction u = f/|f| of its specific force f is fixed in the world, so
+in body axes it turns as
+
+    du/dt = -k ω × u
+
+with k = 1 if the gyroscope's rate ω is in its unit, k = π/180 if it is deg/s
+read as rad/s, and k = 180/π the other way round. With a Hann window φ over 1 s,
+integrated by parts so that nothing has to be differentiated,
+
+    Δ = -∫ φ' u dt = k r,   r = -∫ φ (ω × u) dt
+
+k is fitted over all windows in which the pen moved gently and turned. One second,
+because the acceleration of the hand, which is taken for turning, fades with the
+square of the window: on the D-POINT recording k is 2.3 over 0.2 s, 1.02 over 1 s.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from models.arrays import Array
+
+WINDOW_S = 1.0
+LONGEST_GAP_S = 0.1
+"""A window with a longer gap between samples is left out."""
+GENTLE = 0.1
+"""A window counts if the RMS of |f|/g - 1 in it is at most this …"""
+LEAST_TURN_RAD = math.radians(1.5)
+"""… and |Δ|, which no unit of a rate can change, at least this."""
+LEAST_WINDOWS = 5
+MOST_WINDOWS = 200
+"""Of a longer recording as many are taken, evenly: they tell as much, and take less time."""
+LEAST_CORRELATION = 0.75
+HUBER = 1.5
+"""Residuals beyond this many medians of |residual| lose weight."""
+HUBER_STEPS = 20
+
+
+def turn_factor(force_time_s: Array, force: Array, rate_time_s: Array, rate: Array) -> float | None:
+    """Fit k of ``du/dt = -k ω × u``; None where the recording cannot tell.
+
+    Parameters
+    ----------
+    force_time_s, force : (n,), (n, 3) specific force in body axes, any unit
+    rate_time_s, rate : (m,), (m, 3) angular rate in body axes
+    """
+    turned, predicted = _turns(force_time_s, force, rate_time_s, rate)
+    has_turned = np.linalg.norm(turned, axis=1) >= LEAST_TURN_RAD
+    turned, predicted = turned[has_turned], predicted[has_turned]
+    if len(turned) < LEAST_WINDOWS or not predicted.any():
+        return None
+    weight = np.ones((len(turned), 1))
+    for _ in range(HUBER_STEPS):
+        k = float((weight * turned * predicted).sum() / (weight * predicted**2).sum())
+        residual = np.linalg.norm(turned - k * predicted, axis=1, keepdims=True)
+        scale = HUBER * np.median(residual) + np.finfo(float).tiny
+        weight = scale / np.maximum(residual, scale)
+    length = np.sqrt((weight * turned**2).sum() * (weight * predicted**2).sum())
+    correlation = (weight * turned * predicted).sum() / length
+    return k if correlation >= LEAST_CORRELATION else None
+
+
+def _turns(
+    force_time_s: Array, force: Array, rate_time_s: Array, rate: Array
+) -> tuple[Array, Array]:
+    """Return Δ and r (w, 3) of the module's equations, of every window of gentle motion."""
+    norm = np.linalg.norm(force, axis=1)
+    if len(rate) == 0 or not norm.any():
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    t, norm, force = force_time_s[norm > 0], norm[norm > 0], force[norm > 0]
+    u = force / norm[:, None]
+    omega = np.column_stack([np.interp(t, rate_time_s, column) for column in rate.T])
+    turn_rate = np.cross(omega, u)
+    is_rough = np.abs(norm / np.median(norm) - 1)
+    deltas, predictions = [], []
+    # Half-overlapping windows, but only where there are samples.
+    steps = np.unique(np.floor((t - t[0]) / (WINDOW_S / 2)))
+    if len(steps) > MOST_WINDOWS:
+        steps = steps[np.linspace(0, len(steps) - 1, MOST_WINDOWS).astype(int)]
+    for step in steps:
+        start = t[0] + step * WINDOW_S / 2
+        here = _samples(t, start)
+        if (
+            here.stop - here.start < 2  # of times so large that a second is nothing to them
+            or _longest_gap_s(t[here], start) > LONGEST_GAP_S
+            or _longest_gap_s(rate_time_s[_samples(rate_time_s, start)], start) > LONGEST_GAP_S
+            or np.sqrt(np.mean(is_rough[here] ** 2)) > GENTLE
+        ):
+            continue
+        phase, dt = 2 * np.pi * (t[here] - start) / WINDOW_S, np.gradient(t[here])
+        phi, phi_dot = (1 - np.cos(phase)) / 2, np.pi / WINDOW_S * np.sin(phase)
+        deltas.append(-(phi_dot * dt) @ u[here])
+        predictions.append(-(phi * dt) @ turn_rate[here])
+    return np.reshape(deltas, (-1, 3)), np.reshape(predictions, (-1, 3))
+
+
+def _samples(time_s: Array, start_s: float) -> slice:
+    first, end = np.searchsorted(time_s, [start_s, start_s + WINDOW_S])
+    return slice(int(first), int(end))
+
+
+def _longest_gap_s(time_s: Array, start_s: float) -> float:
+    return float(np.diff([start_s, *time_s, start_s + WINDOW_S]).max())
