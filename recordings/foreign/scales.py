@@ -62,7 +62,8 @@ def scales_of(
     Raises
     ------
     InputError
-        If a unit is none of its quantity, or nothing says that of an accelerometer.
+        If a unit is none of its quantity or not the one that the header says, or nothing says that
+        of an accelerometer.
     """
     scales: dict[str, Scale] = {}
     force: tuple[_Readings, str] | None = None
@@ -77,6 +78,12 @@ def scales_of(
         written = None
         if group.unit is not None and group.unit.si == si:
             written = Scale(group.unit)
+            if asked is not None and asked.unit != group.unit:
+                raise InputError(
+                    f"recording {group.table.name}: unit {short(units[sensor])} is given for "
+                    f"{sensor}, and {group.columns()} say {group.unit.name}, "
+                    "expected columns of it without a unit in their header"
+                )
         axes = tuple(group.headers)
         rows = spread(len(clock.mended.time_s))
         kept = clock.mended.rows

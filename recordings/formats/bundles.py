@@ -16,6 +16,7 @@ from models.errors import InputError
 from models.limits import check_most
 from models.regular_files import open_regular
 from recordings.foreign.source_table import SourceTable
+from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE
 from recordings.formats.text_tables import TEXT_SUFFIXES
 
 ZIP_SUFFIXES = (".zip",)
@@ -55,7 +56,7 @@ def read_folder(
         reason = f" ({refused[0]})" if refused else ""
         raise InputError(
             f"{where} is a folder without D-POINT's files, and no file of it is a table{reason}, "
-            f"expected {EXPECTED}"
+            f"expected {STYLUS_FILE} and {CAMERA_FILE}, or {EXPECTED}"
         )
     return found
 
