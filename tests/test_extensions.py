@@ -53,7 +53,6 @@ class Inclinometer(SensorBase):
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
@@ -61,12 +60,11 @@ import numpy as np
 
 from estimation.recording import Recording
 from models.pen_config import PenConfig
+from recordings.asked import Asked
 from recordings.written import WrittenRecording
 
 
-def load_levels(
-    path: Path, pen: PenConfig, *, units: Mapping[str, str] | None = None
-) -> WrittenRecording:
+def load_levels(path: Path, pen: PenConfig, asked: Asked) -> WrittenRecording:
     time_s, levels = (np.array(column) for column in json.loads(path.read_text("utf-8")))
     readings = MappingProxyType({"level": levels[:, None]})
     return WrittenRecording(Recording(str(path), time_s, readings))
@@ -183,9 +181,9 @@ ROWS = (
     ),
     (
         "recordings/formats/table.py",
-        '    RecordingFormat(".csv"',
-        '    RecordingFormat(".levels", lambda p: p.suffix == ".levels", load_levels),\n'
-        '    RecordingFormat(".csv"',
+        '    RecordingFormat(".xlsx"',
+        '    RecordingFormat(".levels", lambda p: p.suffix == ".levels", read=load_levels),\n'
+        '    RecordingFormat(".xlsx"',
         "from recordings.formats.levels import load_levels",
     ),
     (
@@ -311,7 +309,10 @@ def test_a_format_is_read(house: Path) -> None:
     said = python(
         house, "-c", "from recordings.formats.table import format_names; print(format_names())"
     )
-    assert said.strip() == "a D-POINT folder, .levels, .csv or .parquet"
+    names = (
+        "a folder of tables, a D-POINT folder, .txt or .tsv, .csv, .parquet, .levels, .xlsx, .zip"
+    )
+    assert said.strip() == f"{names} or a ROS bag"
 
 
 def test_a_suite_runs_with_all_of_them(house: Path) -> None:

@@ -179,6 +179,7 @@ MAY: Mapping[str, str] = {
     "estimation.compile_c": "a folder that goes",
     "estimation.native": "CasADi returns text",
     "codegen.sizes": "a folder that goes",
+    "recordings.formats.bundles": "a folder that goes",
     "codegen.generated": "CasADi returns text",
     "pen_mhe.comparison": "to memory",
     "pen_mhe.figures": "to memory",
