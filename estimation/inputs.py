@@ -51,13 +51,26 @@ def check_known(model: StateSpaceModel, inputs: Array) -> None:
             )
 
 
+def rows_with_inputs(
+    model: StateSpaceModel, rows: Iterable[Array], *, last: Array | None = None
+) -> list[Array]:
+    """Return rows (n_row,), one behind the other, whose inputs are all there.
+
+    Parameters
+    ----------
+    last : (n_row,) the row before them; None where there is none
+    """
+    found: list[Array] = []
+    for y in rows:
+        last = with_inputs(model, None if last is None else last[model.n_y :], y)
+        found.append(last)
+    return found
+
+
 def all_with_inputs(
     model: StateSpaceModel, measurements: Iterable[Measurement]
 ) -> tuple[Measurement, ...]:
     """Return measurements, one behind the other, whose inputs are all there."""
-    found: list[Measurement] = []
-    for measurement in measurements:
-        before = found[-1].y[model.n_y :] if found else None
-        row = with_inputs(model, before, measurement.y)
-        found.append(Measurement(measurement.time_s, row))
-    return tuple(found)
+    given = tuple(measurements)
+    rows = rows_with_inputs(model, [each.y for each in given])
+    return tuple(Measurement(each.time_s, y) for each, y in zip(given, rows, strict=True))

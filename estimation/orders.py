@@ -13,7 +13,7 @@ import numpy as np
 
 from estimation.arrivals import arrival_of, has_reading
 from estimation.recording import Recording
-from estimation.recording_parts import joined, some_rows
+from estimation.recording_parts import joined
 from estimation.stacking import (
     ConstantReadings,
     check_sensors,
@@ -104,4 +104,4 @@ def _later(known: Recording, model: StateSpaceModel, until_s: float) -> Recordin
             waits |= late & has_reading(values)
     if not waits.any():
         return None
-    return some_rows(dataclasses.replace(known, readings=readings, truth=None), waits)
+    return dataclasses.replace(known, readings=readings, truth=None).some_rows(waits)

@@ -184,13 +184,16 @@ class Recording:
 
     def first(self, duration_s: float) -> Recording:
         """Return the first `duration_s` seconds."""
-        kept = self.time_s <= self.time_s[0] + duration_s
+        return self.some_rows(self.time_s <= self.time_s[0] + duration_s)
+
+    def some_rows(self, rows: np.ndarray) -> Recording:
+        """Return some of the instants (n,), at least one, with the whole truth."""
         return dataclasses.replace(
             self,
-            time_s=self.time_s[kept],
-            readings={name: values[kept] for name, values in self.readings.items()},
-            inputs={name: values[kept] for name, values in self.inputs.items()},
-            arrivals={name: values[kept] for name, values in self.arrivals.items()},
+            time_s=self.time_s[rows],
+            readings={name: values[rows] for name, values in self.readings.items()},
+            inputs={name: values[rows] for name, values in self.inputs.items()},
+            arrivals={name: values[rows] for name, values in self.arrivals.items()},
         )
 
     def stacked(self, model: StateSpaceModel) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Parts of a recording: some of its rows, and successive parts as one."""
+"""Successive parts of a recording as one."""
 
 from __future__ import annotations
 
@@ -6,21 +6,9 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from estimation.recording import Recording
 from estimation.truth import Truth
-
-
-def some_rows(recording: Recording, rows: NDArray[np.bool_]) -> Recording:
-    """Return a recording of some of the instants (n,), at least one, with the whole truth."""
-    return dataclasses.replace(
-        recording,
-        time_s=recording.time_s[rows],
-        readings={name: values[rows] for name, values in recording.readings.items()},
-        inputs={name: values[rows] for name, values in recording.inputs.items()},
-        arrivals={name: values[rows] for name, values in recording.arrivals.items()},
-    )
 
 
 def joined(parts: Sequence[Recording]) -> Recording:

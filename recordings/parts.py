@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from estimation.recording import Recording
-from estimation.recording_parts import some_rows
 from models.errors import InputError
 from models.sensor_model import SensorModel
 
@@ -78,7 +77,7 @@ class UsedParts:
                 self.is_over = True
                 if recorded.time_s[0] > end_s:
                     return None
-                recorded = some_rows(recorded, recorded.time_s <= end_s)
+                recorded = recorded.some_rows(recorded.time_s <= end_s)
         return RecordingPart(raw, recorded, self._thinned(recorded))
 
     def _thinned(self, recorded: Recording) -> Recording | None:

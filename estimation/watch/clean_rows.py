@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import BatchEstimator
-from estimation.inputs import with_inputs
+from estimation.inputs import rows_with_inputs
 from estimation.recording import Measurement
 from estimation.status import Status
 from estimation.watch.asked import NEVER_CALMER, Calmer, Known
-from estimation.watch.livelier import LEVELS, MotionLevels
+from estimation.watch.livelier import MotionLevels, factor_down
 from estimation.watch.past import PastRow
 from estimation.watch.quiet import Quiet
 from estimation.watch.reach import Reach
@@ -108,7 +108,7 @@ class CleanRows:
             history = history[:count]
         assert state.time_s is not None
         newest_s = max(state.time_s, float(time_s[:count].max()))
-        given = self._with_inputs(state, y[:count])
+        given = self._kept(state, y[:count])
         past = state.past.after(
             tuple(map(PastRow, time_s[:count].tolist(), given, repeat(NONE_DROPPED)))
         )
@@ -166,21 +166,15 @@ class CleanRows:
         whole[components] = known[count]
         return count, memory, whole
 
-    def _with_inputs(self, state: WatchState, y: Array) -> list[Array]:
-        """Return rows with the inputs that were known before where they have none."""
+    def _kept(self, state: WatchState, y: Array) -> list[Array]:
+        """Return copies of rows, with the inputs that were known before where they have none."""
+        rows = list(y.copy())  # whoever gave them may write the next ones there
         if not self._model.n_u:
-            return list(y)
-        rows, known = list[Array](), None
-        if state.past.rows:
-            known = state.past.rows[-1].y[self._model.n_y :]
-        for each in y:
-            rows.append(with_inputs(self._model, known, each))
-            known = rows[-1][self._model.n_y :]
-        return rows
+            return rows
+        return rows_with_inputs(self._model, rows, last=state.past.newest)
 
 
 def _calmer(state: WatchState) -> Calmer:
     if state.level == 0:
         return NEVER_CALMER
-    factor = (LEVELS[state.level] / LEVELS[state.level - 1]) ** 2
-    return Calmer(state.level_s, LEVEL_S, factor)
+    return Calmer(state.level_s, LEVEL_S, factor_down(state.level))

@@ -32,6 +32,18 @@ def is_livelier(statistics: Statistics, memory: Numbers, left_out: Container[int
     return bool(energetic) and all(memory[busy + i] > BUSY for i in energetic)
 
 
+def is_calm(
+    statistics: Statistics, memory: Numbers, factor: float, *, left_out: Container[int] = ()
+) -> bool:
+    """Whether all inertial sensors would be usual, were their energy larger by a factor."""
+    values = statistics.values(memory)
+    return all(
+        factor * values[x.index][-1] <= x.limits.usual[-1]
+        for x in statistics.sensors
+        if x.is_inertial and x.index not in left_out
+    )
+
+
 def is_only_energy(statistics: Statistics, memory: Numbers, left_out: Container[int]) -> bool:
     """Whether nothing else stands out but the energy of inertial sensors.
 

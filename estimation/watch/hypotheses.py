@@ -40,11 +40,6 @@ class Causes:
         ]
         self.n_levels = n_levels
 
-    @property
-    def inertial(self) -> list[int]:
-        """Numbers of accelerometers and gyroscopes."""
-        return self._inertial
-
     def tiers(
         self,
         out: frozenset[int],

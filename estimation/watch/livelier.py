@@ -12,6 +12,11 @@ LEVELS = (1.0, 4.0, 16.0)
 """By how much its process noise is larger, in standard deviations."""
 
 
+def factor_down(level: int) -> float:
+    """Return by how much energies grow where a motion of a level is taken for one level less."""
+    return (LEVELS[level] / LEVELS[level - 1]) ** 2
+
+
 def livelier_model(model: StateSpaceModel, factor: float) -> StateSpaceModel:
     """Return a model whose process noise is larger by a factor."""
     f: Any = model.f

@@ -62,6 +62,12 @@ class Past:
         return self.older + self.newer
 
     @property
+    def newest(self) -> Array | None:
+        """(n_row,) the last row with all its inputs; None before the first."""
+        rows = self.newer or self.older
+        return rows[-1].y if rows else None
+
+    @property
     def count(self) -> int:
         """Number of all rows since the start."""
         return self.anchors[0].number + len(self.older) + len(self.newer)

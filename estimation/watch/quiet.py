@@ -9,6 +9,7 @@ import numpy as np
 from estimation.chosen import chosen
 from estimation.watch.asked import NEVER_CALMER, Calmer, Known
 from estimation.watch.compiled import CompiledStatistics
+from estimation.watch.energy import is_calm
 from estimation.watch.statistics import Statistics
 from estimation.watch.watchable import Numbers
 from models.arrays import Array
@@ -52,7 +53,7 @@ class Quiet:
             if not self._is_clean(now, t < newest_s, t, *row) or (
                 calmer.factor > 0
                 and not t - calmer.since_s < calmer.after_s
-                and self.is_calm(now, calmer.factor)
+                and is_calm(self._statistics, now, calmer.factor)
             ):
                 memory[:] = before
                 return k
@@ -103,12 +104,3 @@ class Quiet:
         self._statistics.take(memory, z)
         self._statistics.count_outliers(memory, far, ())
         return not max(self._statistics.scores(memory)) > 1
-
-    def is_calm(self, memory: Numbers, factor: float) -> bool:
-        """Whether all inertial sensors would be usual, were their energy larger by a factor."""
-        values = self._statistics.values(memory)
-        return all(
-            factor * values[each.index][-1] <= each.limits.usual[-1]
-            for each in self._statistics.sensors
-            if each.is_inertial
-        )

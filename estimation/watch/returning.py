@@ -8,11 +8,12 @@ from estimation.estimate import Estimate
 from estimation.watch.adopting import Adopting
 from estimation.watch.clean_rows import LEVEL_S
 from estimation.watch.config import WatchConfig
+from estimation.watch.energy import is_calm
 from estimation.watch.hypotheses import Causes, Hypothesis
-from estimation.watch.livelier import LEVELS
+from estimation.watch.livelier import factor_down
 from estimation.watch.replay import Replays
 from estimation.watch.state import WatchState
-from estimation.watch.statistics import Flat, Statistics
+from estimation.watch.statistics import Statistics
 
 RETURN_S, RETURNS = 1.0, 0.6
 """A sensor that is left out is taken back when so many seconds with it fit so well."""
@@ -64,7 +65,10 @@ class Returning:
         self, state: WatchState, t: float, estimate: Estimate
     ) -> tuple[WatchState, Estimate]:
         """Go down a level of motion where all that moves would fit there."""
-        if not self._may_calm(state, state.memory, t):
+        if state.level == 0 or t - state.level_s < LEVEL_S:
+            return state, estimate
+        factor = factor_down(state.level)
+        if not is_calm(self._statistics, state.memory, factor, left_out=state.left_out):
             return state, estimate
         start = self._replays.start(state.past, state.level, self._config.replay_s)
         hypothesis = Hypothesis(state.left_out, level=state.level - 1)
@@ -72,14 +76,3 @@ class Returning:
         if found is not None and found.fits:
             return self._adopting.adopted(state, t, found), found.estimate
         return replace(state, level_s=t), estimate
-
-    def _may_calm(self, state: WatchState, memory: Flat, t: float) -> bool:
-        if state.level == 0 or t - state.level_s < LEVEL_S:
-            return False
-        factor = (LEVELS[state.level] / LEVELS[state.level - 1]) ** 2
-        values = self._statistics.values(memory)
-        return all(
-            factor * values[each.index][3] <= each.limits.usual[3]
-            for each in self._statistics.sensors
-            if each.index in self._causes.inertial and each.index not in state.left_out
-        )

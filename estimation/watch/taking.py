@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from estimation.estimate import Estimate
-from estimation.inputs import with_inputs
+from estimation.inputs import rows_with_inputs
 from estimation.recording import Measurement
 from estimation.watch.livelier import MotionLevels
 from estimation.watch.replay import Replays
@@ -37,8 +37,8 @@ class Taking:
         """Return a copy of a row, with the inputs that were known before where it has none."""
         if not self._model.n_u:
             return y.copy()  # it is kept, and whoever gave it may write the next one there
-        rows = state.past.rows
-        return with_inputs(self._model, rows[-1].y[self._model.n_y :] if rows else None, y)
+        [row] = rows_with_inputs(self._model, [y], last=state.past.newest)
+        return row
 
     def taken(
         self, state: WatchState, t: float, y: Array, dropped: frozenset[int]

@@ -64,13 +64,7 @@ class ScoredPart:
                 f"recording {recording.name}: its part {part} lasts {high - low:.3g} s, "
                 f"expected more than {2 * SETTLING_S:g} s"
             )
-        until = dataclasses.replace(
-            recording,
-            time_s=recording.time_s[kept],
-            readings={name: values[kept] for name, values in recording.readings.items()},
-            arrivals={name: values[kept] for name, values in recording.arrivals.items()},
-            truth=None,
-        )
+        until = dataclasses.replace(recording.some_rows(kept), truth=None)
         return cls(until, float(low) + SETTLING_S, pen, model)
 
     @cached_property

@@ -4,11 +4,10 @@
     python -m suites.faults.calibrate models/pens/dpoint.toml --recording RECORDING
 
 Without a recording: fault-free handwriting of the pen, and of the pen told the hand that moves
-it, at 0.3 and 1 times its speed, every choice of sensors, on the EKF. With one: its first half, of
-which a share of the sensors' choices has what it needs. Of each sensor and statistic the
-usual is what the largest of a part of `PART_S` exceeds in one of `PARTS` parts: no odd part decides
-anything. See `estimation.watch.limits` for what follows. Whoever judges takes other seeds, or the
-other half.
+it, at 0.3 and 1 times its speed, every choice of sensors, on the EKF. Of each sensor and statistic
+the usual is what the largest of a part of `PART_S` exceeds in one of `PARTS` parts: no odd part
+decides anything. With one: the largest in its first half, of every choice of sensors that it has.
+See `estimation.watch.limits` for what follows. Whoever judges takes other seeds, or the other half.
 """
 
 from __future__ import annotations

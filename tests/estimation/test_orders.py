@@ -10,7 +10,7 @@ import pytest
 
 from estimation.orders import InOrderOfArrival, InOrderOfCapture, Stacked
 from estimation.recording import Recording
-from estimation.recording_parts import joined, some_rows
+from estimation.recording_parts import joined
 from models.pen import pen_model
 from models.pen_file import load_pen
 from recordings.simulate_pen import simulate
@@ -32,7 +32,7 @@ def recorded() -> Recording:
 def parts(recording: Recording, rows: int) -> Iterator[Recording]:
     number = np.arange(len(recording.time_s)) // rows
     for part in range(number[-1] + 1):
-        yield some_rows(recording, number == part)
+        yield recording.some_rows(number == part)
 
 
 def taken(order: InOrderOfCapture | InOrderOfArrival, given: Iterator[Recording]) -> Stacked:
