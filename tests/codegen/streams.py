@@ -23,6 +23,7 @@ class Deviation:
     Parameters
     ----------
     mean : largest deviation of a mean's entry at every step that was looked at
+    but_biases : the same without sensors' biases, which hardly walk and remember their first seconds
     std : largest relative deviation of a standard deviation
     std_parted : the same where the two have lately kept the factors of different stages: one was
         within rounding of the threshold
@@ -32,6 +33,7 @@ class Deviation:
     """
 
     mean: list[float] = field(default_factory=list)
+    but_biases: list[float] = field(default_factory=list)
     std: float = 0.0
     std_parted: float = 0.0
     parted: int = 0
@@ -44,7 +46,7 @@ def compare(
 ) -> Deviation:
     """Run both over times and readings; look at every so many steps."""
     model, blocks, n_x = double.model, double.layout.slices, double.model.n_x
-    seen = Deviation()
+    seen, moves = Deviation(), np.array(["_bias" not in name for name in model.state_names])
     single.init()
     double.init()
     kept_a, kept_b = kept_stages(single), kept_stages(double)
@@ -60,7 +62,9 @@ def compare(
         P_a, P_b = (told[blocks["covariance"]].reshape(n_x, n_x) for told in (a, b))
         std_a, std_b = np.sqrt(np.diag(P_a)), np.sqrt(np.diag(P_b))
         difference = model.difference(a[blocks["mean"]], b[blocks["mean"]])
-        seen.mean.append(float((np.abs(np.asarray(difference).ravel()) / std_b).max()))
+        away = np.abs(np.asarray(difference).ravel()) / std_b
+        seen.mean.append(float(away.max()))
+        seen.but_biases.append(float(away[moves].max()))
         off = float(np.abs(std_a / std_b - 1).max())
         if k - parted < SETTLES:
             seen.std_parted = max(seen.std_parted, off)
