@@ -23,7 +23,7 @@ class Deviation:
     Parameters
     ----------
     mean : largest deviation of a mean's entry at every step that was looked at
-    but_biases : the same without sensors' biases, which hardly walk and remember their first seconds
+    but_biases : the same without biases, which hardly walk and remember their first seconds
     std : largest relative deviation of a standard deviation
     std_parted : the same where the two have lately kept the factors of different stages: one was
         within rounding of the threshold
