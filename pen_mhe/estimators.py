@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from ekf_baseline.ekf import Ekf, EkfConfig
+from ekf_baseline.ukf import Ukf, UkfConfig
 from estimation.estimator import Estimator
 from estimation.settings import config_of, setting_names
 from mhe.config import MheConfig, MheIpoptConfig, MheRtiConfig
@@ -51,6 +52,7 @@ class EstimatorRow:
 ESTIMATORS: Mapping[str, EstimatorRow] = MappingProxyType(
     {
         "ekf": EstimatorRow(make=Ekf, config=EkfConfig, is_filter=True),
+        "ukf": EstimatorRow(make=Ukf, config=UkfConfig, in_benchmark=False),
         "mhe-ipopt": EstimatorRow(make=MheIpopt, config=MheIpoptConfig, in_benchmark=False),
         "mhe-rti": EstimatorRow(make=MheRti, config=MheRtiConfig),
         "mhe": EstimatorRow(make=Mhe, config=MheConfig),

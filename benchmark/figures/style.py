@@ -36,6 +36,7 @@ NAMED: Mapping[str, Colour] = MappingProxyType(
     {
         TRUTH: Colour("#16191d", "#f4f5f6"),
         "ekf": Colour("#0a5fb4", "#6cb2f5"),
+        "ukf": Colour("#557a00", "#b2d84f"),
         "mhe-rti": Colour("#007a63", "#45d3b0"),
         "mhe": Colour("#c8420a", "#ff9655"),
         "mhe-sparse": Colour("#a1247d", "#f28bcd"),
@@ -50,7 +51,7 @@ NAMED: Mapping[str, Colour] = MappingProxyType(
 OTHERS: tuple[Colour, ...] = (
     Colour("#3b4a9e", "#97a6ff"),
     Colour("#b5305a", "#ff8bab"),
-    Colour("#557a00", "#b2d84f"),
+    Colour("#7d7a2f", "#d6d27a"),
     Colour("#7a5641", "#d9ae94"),
     Colour("#0d5c8a", "#7ad0ff"),
     Colour("#914ba8", "#dd9ff2"),

@@ -15,7 +15,8 @@ from benchmark.tasks.results import Results
 from suites.classics import do_mpc
 from suites.classics.problems import PROBLEMS
 
-SHOWN = (*BENCHMARK_ESTIMATORS, REFERENCE, do_mpc.NAME)
+UNSCENTED = "ukf"
+SHOWN = (*BENCHMARK_ESTIMATORS, UNSCENTED, REFERENCE, do_mpc.NAME)
 
 
 def figures(results: Results) -> Sequence[Figure]:

@@ -12,7 +12,7 @@ from benchmark.from_mhe import REFERENCE
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task
 from suites.classics import do_mpc
-from suites.classics.figures import figures
+from suites.classics.figures import UNSCENTED, figures
 from suites.classics.problems import PROBLEMS, figures_of
 from suites.classics.recordings import SENSOR
 from suites.classics.run import run_problem
@@ -55,7 +55,7 @@ class ContenderRow:
 CONTENDERS = (
     ContenderRow(REFERENCE, is_slow=True),
     ContenderRow(do_mpc.NAME, is_slow=True, most_samples=200, package=do_mpc.NAME),
-    *map(ContenderRow, reversed(BENCHMARK_ESTIMATORS)),
+    *map(ContenderRow, (UNSCENTED, *reversed(BENCHMARK_ESTIMATORS))),
 )
 """The slow ones first."""
 

@@ -80,7 +80,10 @@ SPIN_IGNORED, MEASURED_HAND = "spin ignored", "free pen, hand measured"
 
 PEN_CASES: Mapping[str, PenCase] = MappingProxyType(
     {
-        REFERENCE: PenCase("a pen that spins", tuple(CONFIGURATIONS), 1.0, FREE, FREE),
+        REFERENCE: PenCase(
+            "a pen that spins", tuple(CONFIGURATIONS), 1.0, FREE, FREE,
+            estimators=("ukf", *PEN_ESTIMATORS),
+        ),
         WITH_IPOPT: PenCase(
             "how far `mhe` is from the optimum", tuple(CONFIGURATIONS), 1.0, FREE, FREE,
             estimators=(OPTIMUM, NEAR), duration_s=WITH_IPOPT_S,

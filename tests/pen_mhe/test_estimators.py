@@ -34,6 +34,7 @@ WINDOW = ("horizon", "arrival_cost", "huber", "sparse_noise", "deadline_s", "lag
 READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "ekf": ("gate_probability", "late_samples", "huber"),
+        "ukf": ("alpha", "beta", "kappa", "late_samples"),
         "mhe-ipopt": (*WINDOW, "tolerance", "max_iterations", "hessian", "ipopt"),
         "mhe-rti": (*WINDOW, "reuse_threshold"),
         "mhe": (*WINDOW, "tolerance", "max_iterations"),
@@ -43,6 +44,9 @@ READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
 OTHER: Mapping[str, Any] = MappingProxyType(
     {
         "gate_probability": 0.3,
+        "alpha": 0.5,
+        "beta": 1.0,
+        "kappa": 1.0,
         "late_samples": 0,
         "horizon": 2,
         "arrival_cost": "constant",
@@ -129,10 +133,10 @@ SENTENCES: Mapping[str, tuple[str, dict[str, Any], str]] = MappingProxyType(
             "huber",
         ),
         "unknown estimator": (
-            "ukf",
+            "eks",
             {},
-            "estimator ukf is unknown, expected one of ekf, mhe-ipopt, mhe-rti, mhe, mhe-sparse; "
-            "did you mean ekf?",
+            "estimator eks is unknown, expected one of ekf, ukf, mhe-ipopt, mhe-rti, mhe, "
+            "mhe-sparse; did you mean ekf?",
         ),
     }
 )
@@ -185,7 +189,7 @@ def test_settings_for_several_go_to_those_who_read_them() -> None:
 
 
 def test_what_derives_from_the_table() -> None:
-    assert LEAST_SQUARES == ("ekf", "mhe-ipopt", "mhe-rti", "mhe")
+    assert LEAST_SQUARES == ("ekf", "ukf", "mhe-ipopt", "mhe-rti", "mhe")
     assert DEFAULT_ESTIMATOR == "mhe"
     sparse: Any = create_estimator("mhe-sparse", MODEL)
     assert sparse.config == replace(MheConfig(), sparse_noise=1.0)
