@@ -100,11 +100,15 @@ def _draw_angle(axes: Axes, history: EstimateHistory, state: str, truth: Truth |
     axes.fill_between(history.time_s, value - band, value + band, alpha=0.3, label="± 2 σ")
     axes.plot(history.time_s, value, linewidth=0.8, label="estimate")
     if truth is not None and state in truth.names:
-        true = np.degrees(np.unwrap(truth.values[:, truth.names.index(state)]))
-        near = np.interp(history.time_s[-1], truth.time_s, true)  # whole turns say nothing
-        true += 360 * np.round((value[-1] - near) / 360)
-        axes.plot(truth.time_s, true, **TRUTH_STYLE)
-        shown.append(true)
+        true = np.degrees(truth.values[:, truth.names.index(state)])
+        known = np.isfinite(true)
+        if known.any():
+            true[known] = np.unwrap(true[known], period=360)
+            last = np.flatnonzero(known)[-1]
+            near = np.interp(truth.time_s[last], history.time_s, value)
+            true += 360 * np.round((near - true[last]) / 360)  # whole turns say nothing
+            axes.plot(truth.time_s, true, **TRUTH_STYLE)
+            shown.append(true[known])
     low, high = min(part.min() for part in shown), max(part.max() for part in shown)
     margin = 5 + 0.1 * (high - low)
     axes.set_ylim(low - margin, high + margin)
