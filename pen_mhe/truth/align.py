@@ -17,11 +17,11 @@ from pen_mhe.truth.frame_names import FRAMES, FREE, LEVEL, SAME
 from pen_mhe.truth.motion import AXIS, AZIMUTH, ELEVATION, FULL, turns_shown
 from pen_mhe.truth.residuals import Clocks, Compared
 from pen_mhe.truth.signals import signals
-from pen_mhe.truth.starts import finds_heading, first_frame
+from pen_mhe.truth.starts import MOST_TRIED, finds_heading, first_frame
 from recordings.truths.columns import TIP
 from recordings.truths.track import ANGLES, TruthTrack, angles_of
 
-MOST_FITTED, LEAST_FITTED = 1500, 20
+MOST_FITTED, LEAST_FITTED = 800, 20
 """Instants that clock and frame are fitted to."""
 NEAR_AXIS_RAD = np.radians(10.0)
 """An axis of the truth that is so near to the vertical is meant to point along it."""
@@ -174,7 +174,7 @@ def _framed(compared: Compared, clocks: Clocks, frame: str | None, *, clock: boo
     track = compared.track
     if frame == LEVEL:
         compared.track = track = replace(track, is_level=True)
-    start = first_frame(compared, clocks)
+    start = first_frame(compared.thinned(MOST_TRIED), clocks)
     is_marker = not track.is_of_pen
     mounted = is_marker and compared.turns in (FULL, AXIS)
     unknowns = Unknowns(

@@ -27,7 +27,7 @@ MEMORY_S = 0.3
 """After so long a hand's motion is another."""
 LEAST_OVERLAP_S, LEAST_PART = 2.0, 0.2
 """The least overlap, and the least part of the shorter recording."""
-LEAST_CORRELATION, LEAST_Z = 0.7, 4.0
+LEAST_CORRELATION, LEAST_Z = 0.85, 4.0
 """Below them two signals are no more alike than those of two recordings."""
 RIVAL = 0.9
 """A second offset whose z is beyond this part of the first's is as good …"""

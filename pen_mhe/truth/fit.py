@@ -23,10 +23,13 @@ from pen_mhe.truth.residuals import Clocks, Compared
 from pen_mhe.truth.starts import LEVER_STD_M
 
 HUBER = 1.5
-ROUNDS = 5
+ROUNDS, STEPS = 6, 4
+"""Weights are taken so often, with so many steps in between …"""
+SETTLED = 1e-6
+"""… until nothing moves by more than this part of what it may."""
 STRETCHES = 40
-FLOORS = (1e-7, 1e-8)
-"""Least spread of errors of turning, rad, and of place, m: those of a copy are none."""
+FLOORS = (1e-7, 1e-8, 1e-6)
+"""Least spread of each kind of errors, rad, m, rad/s: those of a copy are none."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +79,10 @@ def fitted(compared: Compared, clocks: Clocks, frame: Frame, unknowns: Unknowns)
     x = np.zeros(unknowns.count)
     for _ in range(ROUNDS):
         problem.weigh(x)
-        found = least_squares(problem.residuals, x, x_scale=problem.scale, method="trf")
-        x = found.x
+        found = least_squares(problem.residuals, x, x_scale=problem.scale, max_nfev=STEPS)
+        moved, x = np.abs(found.x - x), found.x
+        if (moved < SETTLED * problem.scale).all():
+            break
     covariance = problem.covariance(x, np.asarray(found.jac))
     std = dict(zip(problem.names, np.sqrt(np.maximum(np.diag(covariance), 0)), strict=True))
     best_clocks, best_frame = problem.at(x)

@@ -26,11 +26,12 @@ from recordings.truths.track import TruthTrack
 
 @dataclass(frozen=True)
 class ErrorFigures:
-    """Of one quantity, in the unit of its name."""
+    """Of one quantity, in the unit of its name; `claimed` is the RMS of its standard deviation."""
 
     rms: float
     median: float
     largest: float
+    claimed: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,10 +92,10 @@ def judged_by(
         why = f"{where}: {found.why}; no errors against it"
         return JudgedByTruth(track.name, None, np.zeros((0, 0)), {}, None, (*track.said, why))
     truth, errors = _errors(found, estimate, output)
-    figures = figures_of(truth.names, errors)
+    figures = figures_of(truth.names, errors, output)
     consistency = _nees(model, output, truth.names, errors)
     said = [*track.said, f"{where}: {alignment_sentence(found)}", _coverage(where, truth)]
-    said.append(f"error against it: {_shown(figures)}")
+    said.append(f"error against it (RMS, median, largest): {_shown(figures)}")
     said += _nees_sentences(output, truth.names, errors, consistency)
     if offset_s is not None and frame == SAME:
         said += _if_aligned(track, estimate, output)
@@ -107,7 +108,9 @@ def _errors(found: Alignment, estimate: TruthTrack, output: EstimateHistory) -> 
     return truth, every[:, [output.names.index(name) for name in truth.names]]
 
 
-def figures_of(names: Sequence[str], errors: Array) -> dict[str, ErrorFigures]:
+def figures_of(
+    names: Sequence[str], errors: Array, output: EstimateHistory
+) -> dict[str, ErrorFigures]:
     """Return by column of `ERROR_COLUMNS`, of those states that are among the names, its errors.
 
     ``tip_mm`` of x and y alone is ``tip_xy_mm``.
@@ -116,20 +119,23 @@ def figures_of(names: Sequence[str], errors: Array) -> dict[str, ErrorFigures]:
     for column, (states, factor) in ERROR_COLUMNS.items():
         known = [name for name in states if name in names]
         sizes = np.linalg.norm(errors[:, [names.index(name) for name in known]], axis=1) * factor
-        sizes = sizes[np.isfinite(sizes)]
-        if not known or not len(sizes):
+        there = np.isfinite(sizes)
+        if not known or not there.any():
             continue
+        sizes = sizes[there]
+        variance = sum(output.std_of(name)[there] ** 2 for name in known)
         if len(known) < len(states):
             axes = "".join(split_unit(name)[0].rpartition("_")[2] for name in known)
             column = column.replace("_", f"_{axes}_", 1)
         rms = float(np.sqrt((sizes**2).mean()))
-        found[column] = ErrorFigures(rms, float(np.median(sizes)), float(sizes.max()))
+        claimed = float(np.sqrt(np.mean(variance))) * factor
+        found[column] = ErrorFigures(rms, float(np.median(sizes)), float(sizes.max()), claimed)
     return found
 
 
 def _shown(figures: Mapping[str, ErrorFigures]) -> str:
     parts = [
-        f"{column} RMS {one.rms:.3g}, median {one.median:.3g}, largest {one.largest:.3g}"
+        f"{column} {one.rms:.3g}, {one.median:.3g}, {one.largest:.3g} (claimed {one.claimed:.3g})"
         for column, one in figures.items()
     ]
     return "; ".join(parts)
@@ -195,5 +201,5 @@ def _if_aligned(track: TruthTrack, estimate: TruthTrack, output: EstimateHistory
     truth, errors = _errors(found, estimate, output)
     return [
         f"if it were aligned all the same: {alignment_sentence(found)}; then "
-        f"{_shown(figures_of(truth.names, errors))}"
+        f"{_shown(figures_of(truth.names, errors, output))}"
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from estimation.history import EstimateHistory
 from models.arrays import Array
@@ -12,6 +13,7 @@ from models.errors import InputError
 from recordings.truths.columns import TIP
 from recordings.truths.track import ANGLES, TruthTrack, attitude_of
 
+RATES = tuple(f"body_rate_{axis}_rad_s" for axis in "xyz")
 FULL, AXIS, ELEVATION, AZIMUTH = "attitude", "axis", "elevation", "azimuth"
 
 
@@ -31,7 +33,21 @@ def track_of_estimate(history: EstimateHistory) -> TruthTrack:
     for k, name in enumerate(ANGLES):
         if name in told.names:
             angles[:, k] = told.column(name)
-    return TruthTrack(told.estimator, told.time_s, tip, attitude_of(angles), angles, is_level=True)
+    rates = None
+    if set(RATES) <= set(told.names):
+        rates = np.column_stack([told.column(name) for name in RATES])
+    turned = rates
+    if rates is not None:
+        turned = np.asarray(cumulative_trapezoid(rates, told.time_s, axis=0, initial=0))
+    return TruthTrack(
+        told.estimator,
+        told.time_s,
+        tip,
+        attitude_of(angles),
+        angles,
+        turned=turned,
+        is_level=True,
+    )
 
 
 def turns_shown(track: TruthTrack, estimate: TruthTrack) -> str | None:

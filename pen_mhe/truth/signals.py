@@ -30,7 +30,7 @@ def signals(track: TruthTrack, estimate: TruthTrack) -> Iterator[Signal]:
         return _signal(name, velocity, track, estimate, step_s)
 
     if turns == FULL:
-        yield signal("angular velocity", _angular_velocity)
+        yield signal("angular velocity", angular_velocity)
     if turns == AXIS and track.is_of_pen:
         yield signal("the velocity of the axis", lambda one, t: _slope(axis_at, one, t))
     if turns in (ELEVATION, AZIMUTH):
@@ -68,8 +68,13 @@ def _signal(
     )
 
 
-def _angular_velocity(track: TruthTrack, t: Array) -> Array:
-    """Return (m, 3), rad/s, in the axes of the body."""
+def angular_velocity(track: TruthTrack, t: Array) -> Array:
+    """Return (m, 3), rad/s, in the axes of the body: the mean over a span.
+
+    Of the body's rates where they are told: an estimated attitude may leap, its rates do not.
+    """
+    if track.turned is not None:
+        return _slope(TruthTrack.turned_at, track, t)
     before, after = (attitudes_at(track, t + side * SPAN_S / 2) for side in (-1, 1))
     known = np.isfinite(before).all(axis=1) & np.isfinite(after).all(axis=1)
     found = np.full((len(t), 3), np.nan)

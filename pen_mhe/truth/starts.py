@@ -10,7 +10,9 @@ from pen_mhe.truth.frame import UPS, Frame, about_vertical, upright
 from pen_mhe.truth.motion import AXIS, AZIMUTH, FULL
 from pen_mhe.truth.residuals import Clocks, Compared
 
-HEADINGS = 36
+HEADINGS = 12
+MOST_TRIED = 200
+"""Instants that a start is judged by."""
 LEVER_STD_M = 0.3
 """How far a marker may be from the tip: keeps what the motion does not show near zero."""
 
@@ -36,7 +38,7 @@ def first_frame(compared: Compared, clocks: Clocks) -> Frame:
 
 
 def _cost(compared: Compared, clocks: Clocks, frame: Frame) -> float:
-    turning, place = compared.errors(clocks, frame)
+    turning, place, _ = compared.errors(clocks, frame)
     spread = float(np.nanmedian(np.abs(compared.tip - np.nanmedian(compared.tip, axis=0)))) + 1e-6
     total = 0.0
     for errors, unit in ((turning, 1.0), (place, 3 * spread)):

@@ -10,6 +10,8 @@ from pen_mhe.truth.frame import UPS
 
 _UP_WORDS = ("z", "-z", "y", "-y", "x", "-x")
 NEAR = 1e-6
+FINEST, FINEST_DIGITS = 1e-6, 6
+"""No offset, s, or turn, °, is told more finely."""
 
 
 def alignment_sentence(alignment: Alignment) -> str:
@@ -28,9 +30,10 @@ def _clock_words(alignment: Alignment) -> str:
     best, found = alignment.fitted, alignment.found
     offset = best.clocks.offset_s
     if found is None:
-        return f"its clock + {offset:.6g} s, as said"
+        return f"its clock {_signed(offset, 6)} s, as said"
+    digits, std = _with_digits(best.offset_std_s)
     said = (
-        f"its clock + {offset:.4f} ± {_rounded(best.offset_std_s)} s (correlation of "
+        f"its clock {_signed(offset, digits)} ± {std} s (correlation of "
         f"{found.name} {found.correlation:.2f}, then least squares)"
     )
     if np.isnan(alignment.drift):
@@ -49,13 +52,14 @@ def _frame_words(alignment: Alignment) -> list[str]:
     if not (unknowns.turns or unknowns.shifts or unknowns.mount):
         return []
     said = []
-    heading = f"{np.degrees(frame.heading_rad):.2f} ± {_rounded(np.degrees(best.heading_std_rad))}°"
+    digits, std = _with_digits(np.degrees(best.heading_std_rad))
+    heading = f"{np.degrees(frame.heading_rad):.{digits}f} ± {std}°"
     if unknowns.turns == 3:
         tilt = np.degrees(np.arccos(np.clip(frame.up[2], -1, 1)))
         said.append(f"turned by {heading} about the vertical, which leans by {tilt:.1f}° in it")
     elif unknowns.turns == 1:
         up = next(w for w, up in zip(_UP_WORDS, UPS, strict=True) if up @ frame.up > 1 - NEAR)
-        upward = "" if up == "z" else f"with {up} upward "
+        upward = "" if up == "z" else f"with its {up} upward "
         said.append(f"{upward}turned by {heading} about the vertical")
     if unknowns.shifts:
         said.append(f"shifted by {_mm(frame.shift[: unknowns.shifts])}")
@@ -67,14 +71,18 @@ def _frame_words(alignment: Alignment) -> list[str]:
     return [f"its frame {said[0]}", *said[1:]] if unknowns.turns or unknowns.shifts else said
 
 
+def _signed(value: float, digits: int) -> str:
+    return f"{'+' if value >= 0 else '-'} {abs(value):.{digits}f}"
+
+
 def _mm(vector: Array) -> str:
     return f"({', '.join(f'{1e3 * value:.1f}' for value in vector)}) mm"
 
 
-def _rounded(value: float) -> str:
-    """Return a standard deviation with one digit, two where it begins with 1."""
-    if not value > 0 or not np.isfinite(value):
-        return "0"
-    digits = 1 if f"{value:.0e}"[0] == "1" else 0
-    place = -int(np.floor(np.log10(value))) + digits
-    return f"{value:.{max(place, 0)}f}"
+def _with_digits(std: float) -> tuple[int, str]:
+    """Return the digits that a number has, and its deviation with one or two of its own."""
+    if not FINEST < std < np.inf:
+        return FINEST_DIGITS, f"{FINEST:.{FINEST_DIGITS}f}"
+    more = 1 if f"{std:.0e}"[0] == "1" else 0
+    digits = min(max(more - int(np.floor(np.log10(std))), 0), FINEST_DIGITS)
+    return digits, f"{std:.{digits}f}"

@@ -39,6 +39,7 @@ class TruthTrack:
     is_of_pen : whether place and attitude are the tip's and the pen's own, and not those of a
         marker that is fixed to it somehow
     is_level : whether the file's z is known to point against gravity
+    turned : (n, 3) integral of the body's rates over time, rad, where these are told themselves
     said : sentences on how it was read
     """
 
@@ -49,6 +50,7 @@ class TruthTrack:
     angles: Array | None = None
     is_of_pen: bool = True
     is_level: bool = False
+    turned: Array | None = None
     said: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -74,6 +76,15 @@ class TruthTrack:
     def angles_at(self, time_s: Array) -> Array:
         """Return azimuth, elevation and spin (m, 3) at any instants, likewise."""
         return np.column_stack([one(time_s)[:, 0] for one in self._bends])
+
+    def turned_at(self, time_s: Array) -> Array:
+        """Return the integral of the body's rates (m, 3) at any instants, likewise."""
+        return self._turned(time_s)
+
+    @cached_property
+    def _turned(self) -> Between:
+        assert self.turned is not None
+        return Between(self.time_s, self.turned)
 
     @cached_property
     def _places(self) -> Between:
