@@ -90,7 +90,7 @@ def masked_correlation(a: Array, b: Array) -> tuple[Array, Array, Array]:
     At lag i sample j of b lies on sample i + j of a.
     """
     n, k = next_fast_len(len(a) + len(b) - 1), a.shape[1]
-    known_a, known_b = (np.isfinite(one).all(axis=1) for one in (a, b))
+    known_a, known_b = (np.asarray(np.isfinite(one).all(axis=1)) for one in (a, b))
     # Whatever is the same in both is taken off first: less is lost to rounding.
     x, y = (
         np.where(known[:, None], one - one[known].mean(axis=0), 0.0)
