@@ -56,6 +56,8 @@ def estimate_figure(
         shade(axes, [history])
         axes.set_ylabel(f"{label} / °")
         axes.tick_params(labelbottom=False)
+        if row == 0 and truth is not None:
+            axes.legend(loc="upper right", fontsize=8, ncols=3)
     steps = figure.add_subplot(grid[len(angles), 1])
     steps.semilogy(history.time_s, history.step_time_s * 1e3, ".", markersize=2)
     shade(steps, [history])

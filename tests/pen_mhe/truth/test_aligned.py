@@ -74,6 +74,7 @@ def test_elevation_alone_gives_a_clock_and_elevation_alone(tmp_path: Path) -> No
     assert found.truth(exact(), exact().time_s).names == ("elevation_rad",)
 
 
+@pytest.mark.slow
 def test_a_clock_that_drifts_is_followed_where_that_matters() -> None:
     track = exact()
     # Twice the recording, one after the other, so that it is long enough to tell.
