@@ -85,7 +85,7 @@ class Watching:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Compared:
+class TruthOptions:
     """A truth from elsewhere, and what is known of its clock and frame."""
 
     truth: Annotated[
@@ -128,7 +128,7 @@ class Written:
     settings=settings_group(),
     part=fields_group(UsedPart),
     watching=fields_group(Watching),
-    compared=fields_group(Compared),
+    compared=fields_group(TruthOptions),
 )
 def estimate(
     source: Source,
@@ -138,14 +138,14 @@ def estimate(
     settings: dict[str, Any],
     part: UsedPart,
     watching: Watching,
-    compared: Compared,
+    compared: TruthOptions,
 ) -> None:
     """Estimate the motion of a pen from a recording.
 
     Writes one row per IMU sample: time_s, the states, their standard
     deviations (…_std), status, flagged (accel:stuck+camera:outlier),
     iterations and step_time_s; where a row was told later than the instant
-    it speaks of, arrival_s too. Readings are tested (--no-watch does not).
+    it speaks of, arrival_s too; of a --truth …_true and …_error. Readings are tested (--no-watch does not).
     CSV and Parquet with columns like these may be of any length: they are
     read and written in parts. What any other logger wrote is read whole.
     """

@@ -41,6 +41,11 @@ class TruthTrack:
     is_level : whether the file's z is known to point against gravity
     turned : (n, 3) integral of the body's rates over time, rad, where these are told themselves
     said : sentences on how it was read
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two instants, or they do not increase.
     """
 
     name: str
@@ -58,6 +63,8 @@ class TruthTrack:
             raise InputError(
                 f"truth {self.name}: {len(self.time_s)} rows with a time, expected at least two"
             )
+        if not (np.diff(self.time_s) > 0).all():
+            raise InputError(f"truth {self.name}: its times go back, expected increasing ones")
 
     @property
     def rate_hz(self) -> float:

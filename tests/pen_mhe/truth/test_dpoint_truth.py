@@ -1,4 +1,4 @@
-"""A real pen from accelerometer and gyroscope, beside its own camera, which the run does not use."""
+"""A real pen from accelerometer and gyroscope, beside its camera, which the run does not use."""
 
 from __future__ import annotations
 
