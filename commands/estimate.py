@@ -145,7 +145,8 @@ def estimate(
     Writes one row per IMU sample: time_s, the states, their standard
     deviations (…_std), status, flagged (accel:stuck+camera:outlier),
     iterations and step_time_s; where a row was told later than the instant
-    it speaks of, arrival_s too; of a --truth …_true and …_error. Readings are tested (--no-watch does not).
+    it speaks of, arrival_s too. Beside a --truth each quantity has its true
+    value and its error. Readings are tested (--no-watch does not).
     CSV and Parquet with columns like these may be of any length: they are
     read and written in parts. What any other logger wrote is read whole.
     """

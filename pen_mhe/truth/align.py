@@ -84,10 +84,12 @@ class NotAligned:
     why: str
 
 
-def check_frame(frame: str | None) -> None:
-    """Raise `InputError` for a frame that is none of `FRAMES`, or None."""
+def check_said(offset_s: float | None, frame: str | None) -> None:
+    """Raise `InputError` for an offset that is no number, or a frame that is none of `FRAMES`."""
     if frame is not None and frame not in FRAMES:
         raise unknown("frame of the truth", frame, FRAMES)
+    if offset_s is not None and not np.isfinite(offset_s):
+        raise InputError(f"offset of the truth is {offset_s}, expected seconds")
 
 
 def aligned(
@@ -111,9 +113,7 @@ def aligned(
     InputError
         If the frame is none of these, or the offset is no number.
     """
-    check_frame(frame)
-    if offset_s is not None and not np.isfinite(offset_s):
-        raise InputError(f"offset of the truth is {offset_s}, expected seconds")
+    check_said(offset_s, frame)
     turns = turns_shown(track, estimate)
     if turns is None and track.position is None:
         return NotAligned("it tells nothing that is estimated")

@@ -8,7 +8,7 @@ from pathlib import Path
 from estimation.truth import Truth
 from models.errors import InputError
 from models.pen_config import PenConfig
-from pen_mhe.truth.align import check_frame
+from pen_mhe.truth.align import check_said
 from recordings.truths.of_recording import track_of_truth
 from recordings.truths.read import read_truth
 from recordings.truths.track import TruthTrack
@@ -30,7 +30,7 @@ class GivenTruth:
     Raises
     ------
     InputError
-        If the frame is none of these.
+        If the frame is none of these, or the offset is no number.
     """
 
     source: TruthSource
@@ -38,7 +38,7 @@ class GivenTruth:
     frame: str | None = None
 
     def __post_init__(self) -> None:
-        check_frame(self.frame)
+        check_said(self.offset_s, self.frame)
 
     @classmethod
     def of(
