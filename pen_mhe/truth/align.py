@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimation.truth import Truth
 from models.arrays import Array
@@ -23,6 +24,8 @@ from recordings.truths.track import ANGLES, TruthTrack, angles_of
 
 MOST_FITTED, LEAST_FITTED = 800, 20
 """Instants that clock and frame are fitted to."""
+MOST_LOOKED_AT = 8000
+"""Instants of the overlap of which they are chosen, where there is a truth."""
 NEAR_AXIS_RAD = np.radians(10.0)
 """An axis of the truth that is so near to the vertical is meant to point along it."""
 LEAST_FOR_DRIFT_S = 20.0
@@ -161,11 +164,16 @@ def _compared(
     times = estimate.time_s[(estimate.time_s >= start) & (estimate.time_s <= end)]
     if len(times) < LEAST_FITTED:
         return None, 0.0
+    times = times[_evenly(len(times), MOST_LOOKED_AT)]
     known = times[Compared(track, estimate, turns, times).known(clocks)]
     if len(known) < LEAST_FITTED:
         return None, 0.0
-    every = np.unique(np.linspace(0, len(known) - 1, MOST_FITTED).astype(int))
-    return Compared(track, estimate, turns, known[every]), float(known[-1] - known[0])
+    chosen = known[_evenly(len(known), MOST_FITTED)]
+    return Compared(track, estimate, turns, chosen), float(known[-1] - known[0])
+
+
+def _evenly(n: int, most: int) -> NDArray[np.int64]:
+    return np.unique(np.linspace(0, n - 1, min(n, most)).astype(np.int64))
 
 
 def _framed(compared: Compared, clocks: Clocks, frame: str | None, *, clock: bool) -> Fitted:

@@ -34,6 +34,8 @@ RIVAL = 0.9
 APART_S = 0.5
 """… where it lies so far from it."""
 STILL = 1e-9
+LOOKED_AT = 0.5
+"""Correlations that cannot reach this are not told exactly: most of a long recording's."""
 
 
 @dataclass(frozen=True)
@@ -118,21 +120,29 @@ def masked_correlation(a: Array, b: Array) -> tuple[Array, Array, Array]:
     var_y = across(m_a, spectrum(size_y)) - sum(one**2 for one in sum_y) / count
     floor = 1e-9 * np.sqrt(size_x.sum() * size_y.sum()) + np.finfo(float).tiny
     size = np.sqrt(np.maximum(var_x, 0) * np.maximum(var_y, 0))
-    r = np.where(size > floor, _turned(both) / np.maximum(size, floor), 0.0)
+    r = _turned(both, LOOKED_AT * size) / np.maximum(size, floor)
+    r = np.where(size > floor, r, 0.0)
     return np.arange(-len(b) + 1, len(a), dtype=float), np.clip(r, -1, 1), overlap
 
 
-def _turned(both: Array) -> Array:
+def _turned(both: Array, least: Array) -> Array:
     """Return the largest sums (n,) of f·R g by their matrices Σ f gᵀ (n, k, k).
 
     One number has its sign, two may be mirrored (a tablet's y points up or down), three may not.
+
+    Parameters
+    ----------
+    least : (n,) where the sum cannot reach it the matrix' norm, which is smaller, stands for it
     """
     if both.shape[1] == 1:
         return np.asarray(both[:, 0, 0])
-    values = np.linalg.svd(both, compute_uv=False)
+    sums = np.sqrt((both**2).sum(axis=(1, 2)))
+    near = np.sqrt(both.shape[1]) * sums >= least
+    values = np.linalg.svd(both[near], compute_uv=False)
     if both.shape[1] == 3:
-        values[:, -1] *= np.sign(np.linalg.det(both))
-    return np.asarray(values.sum(axis=1))
+        values[:, -1] *= np.sign(np.linalg.det(both[near]))
+    sums[near] = values.sum(axis=1)
+    return np.asarray(sums)
 
 
 def _vertex(r: Array, at: int) -> float:
