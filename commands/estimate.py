@@ -22,12 +22,15 @@ from estimation.watch.config import ON_LOST
 from models.errors import InputError
 from models.pen_file import load_pen, pen_paths
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
+from pen_mhe.truth.frame_names import FRAMES
 
 if TYPE_CHECKING:
+    from pen_mhe.truth.given import GivenTruth
     from recordings.thinning import CameraThinning
 
 EstimatorName = StrEnum("EstimatorName", {name: name for name in ESTIMATORS})  # type: ignore[misc]
 OnLostName = StrEnum("OnLostName", {name: name for name in ON_LOST})  # type: ignore[misc]
+TruthFrameName = StrEnum("TruthFrameName", {name: name for name in FRAMES})  # type: ignore[misc]
 DEFAULT = EstimatorName(DEFAULT_ESTIMATOR)
 
 
@@ -82,6 +85,36 @@ class Watching:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TruthOptions:
+    """A truth from elsewhere, and what is known of its clock and frame."""
+
+    truth: Annotated[
+        Path | None,
+        typer.Option(
+            help="Motion capture, a tablet or angles to compare with, in any format that is read. "
+            "The recording is then read whole."
+        ),
+    ] = None
+    truth_offset: Annotated[
+        float | None, typer.Option(help="Added to the truth's times, s; by default it is found.")
+    ] = None
+    truth_frame: Annotated[
+        TruthFrameName | None,
+        typer.Option(
+            help="The truth's frame is the same, level (turned about the vertical), or free; by "
+            "default what fits."
+        ),
+    ] = None
+
+    def given(self) -> GivenTruth | None:
+        """Return what the estimate is compared with; None for nothing."""
+        from pen_mhe.truth.given import GivenTruth
+
+        frame = self.truth_frame and self.truth_frame.value
+        return GivenTruth.of(self.truth, self.truth_offset, frame)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Written:
     """What is written."""
 
@@ -95,6 +128,7 @@ class Written:
     settings=settings_group(),
     part=fields_group(UsedPart),
     watching=fields_group(Watching),
+    compared=fields_group(TruthOptions),
 )
 def estimate(
     source: Source,
@@ -104,13 +138,15 @@ def estimate(
     settings: dict[str, Any],
     part: UsedPart,
     watching: Watching,
+    compared: TruthOptions,
 ) -> None:
     """Estimate the motion of a pen from a recording.
 
     Writes one row per IMU sample: time_s, the states, their standard
     deviations (…_std), status, flagged (accel:stuck+camera:outlier),
     iterations and step_time_s; where a row was told later than the instant
-    it speaks of, arrival_s too. Readings are tested (--no-watch does not).
+    it speaks of, arrival_s too. Beside a --truth each quantity has its true
+    value and its error. Readings are tested (--no-watch does not).
     CSV and Parquet with columns like these may be of any length: they are
     read and written in parts. What any other logger wrote is read whole.
     """
@@ -121,7 +157,11 @@ def estimate(
         check_options(estimator.value, settings)
         check_apart(
             [written.output, written.figure],
-            {"the recording": source.recording, "the pen file": pen_paths(source.pen)},
+            {
+                "the recording": source.recording,
+                "the pen file": pen_paths(source.pen),
+                "the truth": [compared.truth],
+            },
         )
         with not_swallowed():
             summary = estimate_file(
@@ -144,6 +184,7 @@ def estimate(
                 causal=part.causal,
                 watch=watching.watch,
                 on_lost=watching.on_lost and watching.on_lost.value,
+                truth=compared.given(),
             )
         console.print(f"{summary.size}, written to {written.output}")
         for sentence in summary.sentences():

@@ -32,6 +32,8 @@ def given_arrivals(
     """
     expected = f"{time_s.shape} seconds"
     check_mapping(given, f"{where}: arrivals", f"sensor name → {expected}")
+    if not given:
+        return {}
     found = {}
     # Written and read again, a stamp may lie a digit before its capture.
     rounding = np.maximum(10.0**-TIME_DIGITS, 2 * np.spacing(np.abs(time_s)))

@@ -2,7 +2,8 @@
 
 CSV and Parquet are read, estimated and written in parts, so that memory does not grow with them.
 Read whole, up to the limits that `models.limits` states, is a format without parts, a table of
-another logger's or one that must be mended, and what is smoothed, which keeps all of a run.
+another logger's or one that must be mended, and what is smoothed, or compared with a truth of
+another clock, which keep all of a run.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pen_mhe.estimate_run import estimate_recording
 from pen_mhe.run_summary import RunSummary
 from pen_mhe.streaming.drawn import DrawnRows
 from pen_mhe.streaming.run import Reporting, estimate_stream, silent
+from pen_mhe.truth.given import GivenTruth
 from recordings.asked import ColumnsAsked
 from recordings.formats.table_stream import TableStream
 from recordings.formats.table_writer import TableWriter
@@ -40,6 +42,7 @@ def estimate_file(
     columns: ColumnsAsked | None = None,
     strict: bool = False,
     smooth: bool = False,
+    truth: GivenTruth | None = None,
     reporting: Reporting = silent,
     **options: Any,
 ) -> RunSummary:
@@ -51,7 +54,7 @@ def estimate_file(
     output, figure : files to write
     units, columns, strict : of a table, see `recordings.read.read_written`
     reporting : of the work, as it is done
-    smooth, options : see `pen_mhe.estimate_run.estimate_recording`
+    smooth, truth, options : see `pen_mhe.estimate_run.estimate_recording`
 
     Raises
     ------
@@ -61,12 +64,14 @@ def estimate_file(
     check_output(output)
     if figure is not None:
         check_output(figure, FIGURE_SUFFIXES)
+    if truth is not None:
+        options["truth"] = truth
     more = {"figure": figure, "reporting": reporting, **options}
 
     def read() -> WrittenRecording:
         return read_written(recording, pen, units=units, columns=columns, strict=strict)
 
-    stream = None if smooth else in_parts(recording, pen, units=units, columns=columns)
+    stream = None if smooth or truth else in_parts(recording, pen, units=units, columns=columns)
     if stream is None:
         return _of_whole(read(), pen, output, smooth=smooth, **more)
     try:
@@ -112,9 +117,9 @@ def _of_whole(
 ) -> RunSummary:
     with reporting(options["estimator"]) as start:
         result = estimate_recording(loaded, pen, on_start=start, **options)
-    write_table(result.output.to_pandas(), output)
+    write_table(result.table(), output)
     if figure is not None:
-        _save(figure, result.output, result.ink, truth=result.used.truth)
+        _save(figure, result.output, result.ink, truth=result.truth)
     return result.summary()
 
 

@@ -13,7 +13,7 @@ from estimation.estimator import LookingBack, run
 from estimation.recording import Recording
 from estimation.smoother import smoothed
 from models.errors import InputError
-from models.limits import check_most
+from models.limits import check_most, most
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
 from models.state_space import StateSpaceModel
@@ -23,6 +23,8 @@ from pen_mhe.errors import known_columns, root_mean_square, seen_only, state_err
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_filter, create_estimator
 from pen_mhe.run_result import EstimateRun
 from pen_mhe.sensor_verdict import judge
+from pen_mhe.truth.given import GivenTruth, TruthSource
+from pen_mhe.truth.judged import judged_by
 from pen_mhe.watching import as_asked
 from recordings.asked import ColumnsAsked
 from recordings.ink import ink_match
@@ -47,6 +49,7 @@ def estimate_recording(
     causal: bool = False,
     watch: bool | None = None,
     on_lost: str | None = None,
+    truth: GivenTruth | None = None,
 ) -> EstimateRun:
     """Estimate a recording and compare with whatever reference it brings.
 
@@ -66,6 +69,7 @@ def estimate_recording(
     causal : see `estimation.estimator.run`; ``lag_samples`` are then the fastest sensor's
     watch, on_lost : whether readings are tested and what is then done, see `pen_mhe.watching`;
         by default it is watched, unless it is smoothed
+    truth : from elsewhere, which the output is compared with; no estimator sees it
 
     Raises
     ------
@@ -81,6 +85,7 @@ def estimate_recording(
         check_most(
             "smoothed_rows", len(loaded.recording.time_s), f"recording {loaded.recording.name}"
         )
+    track = None if truth is None else truth.track(pen, loaded.origin_s)
     recording = loaded.recording
     model = chosen_model(
         pen, tuple(recording.readings), sensors=sensors, writing_area=writing_area, rest=rest
@@ -99,6 +104,7 @@ def estimate_recording(
         lag, given = causal_lags(estimator, given, used, fastest)
     built = as_asked(create_estimator(estimator, model, **given), watch, smooth, on_lost)
     keeps = smooth or _has_nees(model, used)
+    keeps |= track is not None and len(used.time_s) <= most("smoothed_rows")
     steps = len(used.as_arrived(model)[0]) if causal else len(used.time_s)
     on_progress = on_start(steps) if on_start else None
     history = run(built, used, on_progress=on_progress, covariances=keeps, causal=causal)
@@ -130,6 +136,9 @@ def estimate_recording(
         rows_without=len(times) - len(output),
         is_smoothed=smooth,
         notes=tuple(loaded.sentences()),
+        judged=None
+        if track is None or truth is None
+        else judged_by(track, model, output, offset_s=truth.offset_s, frame=truth.frame),
     )
 
 
@@ -150,6 +159,9 @@ def estimate(
     causal: bool = False,
     watch: bool | None = None,
     on_lost: str | None = None,
+    truth: TruthSource | None = None,
+    truth_offset_s: float | None = None,
+    truth_frame: str | None = None,
     **settings: Any,
 ) -> EstimateRun:
     """Estimate a recording in one call, and judge it by whatever reference it brings.
@@ -166,6 +178,9 @@ def estimate(
     units, columns, strict : of a file, see `recordings.read.read_written`
     thinning, duration_s : see `estimate_recording`
     writing_area, rest, smooth, causal, watch, on_lost : see `estimate_recording`
+    truth : motion capture, a tablet or angles, a file or `Truth`, with which the estimate is
+        compared; clock and frame are aligned, see `pen_mhe.truth.align.aligned`
+    truth_offset_s, truth_frame : added to its times, and ``same``, where nothing is to be aligned
     settings : of the estimator, see `pen_mhe.estimators.create_estimator`
 
     Raises
@@ -193,6 +208,7 @@ def estimate(
         causal=causal,
         watch=watch,
         on_lost=on_lost,
+        truth=GivenTruth.of(truth, truth_offset_s, truth_frame),
     )
 
 

@@ -56,6 +56,8 @@ def estimate_figure(
         shade(axes, [history])
         axes.set_ylabel(f"{label} / °")
         axes.tick_params(labelbottom=False)
+        if row == 0 and truth is not None:
+            axes.legend(loc="upper right", fontsize=8, ncols=3)
     steps = figure.add_subplot(grid[len(angles), 1])
     steps.semilogy(history.time_s, history.step_time_s * 1e3, ".", markersize=2)
     shade(steps, [history])
@@ -100,11 +102,15 @@ def _draw_angle(axes: Axes, history: EstimateHistory, state: str, truth: Truth |
     axes.fill_between(history.time_s, value - band, value + band, alpha=0.3, label="± 2 σ")
     axes.plot(history.time_s, value, linewidth=0.8, label="estimate")
     if truth is not None and state in truth.names:
-        true = np.degrees(np.unwrap(truth.values[:, truth.names.index(state)]))
-        near = np.interp(history.time_s[-1], truth.time_s, true)  # whole turns say nothing
-        true += 360 * np.round((value[-1] - near) / 360)
-        axes.plot(truth.time_s, true, **TRUTH_STYLE)
-        shown.append(true)
+        true = np.degrees(truth.values[:, truth.names.index(state)])
+        known = np.isfinite(true)
+        if known.any():
+            true[known] = np.unwrap(true[known], period=360)
+            last = np.flatnonzero(known)[-1]
+            near = np.interp(truth.time_s[last], history.time_s, value)
+            true += 360 * np.round((near - true[last]) / 360)  # whole turns say nothing
+            axes.plot(truth.time_s, true, **TRUTH_STYLE)
+            shown.append(true[known])
     low, high = min(part.min() for part in shown), max(part.max() for part in shown)
     margin = 5 + 0.1 * (high - low)
     axes.set_ylim(low - margin, high + margin)

@@ -12,13 +12,16 @@ import numpy as np
 from estimation.consistency import Consistency
 from estimation.history import EstimateHistory
 from estimation.recording import Recording
+from estimation.truth import Truth
 from estimation.watch.words import watch_sentences
 from models.state_space import StateSpaceModel
 from pen_mhe.run_summary import RunSummary, bias_and_tilt
+from pen_mhe.truth.judged import JudgedByTruth
 from recordings.ink import InkMatch
 from recordings.thinning import LeftOutError
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
 
@@ -44,6 +47,7 @@ class EstimateRun:
     is_smoothed : whether each row of `output` knows the whole recording; errors and ink too
     rows_without : samples of the fastest sensor that no row speaks of: so long has not passed since
     notes : what was recognised, ignored and repaired in the file
+    judged : by a truth from elsewhere, where one was given
     """
 
     model: StateSpaceModel
@@ -62,6 +66,7 @@ class EstimateRun:
     is_smoothed: bool = False
     rows_without: int = 0
     notes: tuple[str, ...] = ()
+    judged: JudgedByTruth | None = None
 
     def __repr__(self) -> str:
         summary = self.summary()
@@ -72,7 +77,21 @@ class EstimateRun:
         """Draw the tip's path, over the ink where there is a scan, angles and step times."""
         from pen_mhe.figures import estimate_figure  # slow to import
 
-        return estimate_figure(self.output, self.ink, truth=self.used.truth)
+        return estimate_figure(self.output, self.ink, truth=self.truth)
+
+    @property
+    def truth(self) -> Truth | None:
+        """The truth that was given, in the estimate's frame, else the one of the recording."""
+        given = None if self.judged is None else self.judged.truth
+        return self.used.truth if given is None else given
+
+    def table(self) -> pd.DataFrame:
+        """Return the output's table, with ``<name>_true`` and ``<name>_error`` of a given truth."""
+        table = self.output.to_pandas()
+        if self.judged is not None:
+            for name, column in self.judged.columns().items():
+                table[name] = column
+        return table
 
     def summary(self) -> RunSummary:
         """Return the run's figures without its arrays."""
@@ -99,6 +118,7 @@ class EstimateRun:
             is_smoothed=self.is_smoothed,
             rows_without=self.rows_without,
             notes=self.notes,
+            judged=() if self.judged is None else self.judged.said,
         )
 
     def sentences(self) -> list[str]:

@@ -32,6 +32,7 @@ class RunSummary:
     bias_and_tilt : what `bias_and_tilt` says of the last step
     watch : what `estimation.watch.words.watch_sentences` says of the steps
     ink_mm : mean distance from the ink, where there is a scan
+    judged : what `pen_mhe.truth.judged.JudgedByTruth` says of a truth from elsewhere
     """
 
     recording: str
@@ -55,6 +56,7 @@ class RunSummary:
     is_smoothed: bool = False
     rows_without: int = 0
     notes: tuple[str, ...] = ()
+    judged: tuple[str, ...] = ()
 
     @property
     def size(self) -> str:
@@ -75,7 +77,7 @@ class RunSummary:
         median, p99 = 1e3 * self.median_step_s, 1e3 * self.p99_step_s
         said.append(f"step time: median {median:.3g} ms, p99 {p99:.3g} ms")
         said += [*self._delay_sentences(), *self._lag_sentences(), *self._error_sentences()]
-        said += self.bias_and_tilt
+        said += [*self.judged, *self.bias_and_tilt]
         if self.ink_mm is not None:
             said.append(f"mean ink distance: {self.ink_mm:.4f} mm")
         return said

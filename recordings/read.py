@@ -125,7 +125,7 @@ def in_parts(
     """
     paths, asked = _paths(path), Asked.of(units, columns)
     with reading(f"recording {paths[0]}", format_names()):
-        row = _format(paths[0])
+        row = format_row(paths[0])
         if len(paths) > 1 or row.stream is None or not row.is_own(paths[0], pen, asked):
             return None
     return row.stream(paths[0], pen, units=asked.units)
@@ -139,7 +139,7 @@ def _paths(path: RecordingPath) -> list[Path]:
 
 
 def _read(paths: Sequence[Path], config: PenConfig, asked: Asked, name: str) -> WrittenRecording:
-    rows = [_format(path) for path in paths]
+    rows = [format_row(path) for path in paths]
     if len(paths) > 1:
         return _recognised(paths, rows, config, asked, name)
     if not rows[0].is_own(paths[0], config, asked):
@@ -170,14 +170,25 @@ def _recognised(
     return recording_of_tables(tables, config, asked, name)
 
 
-def _format(path: Path) -> RecordingFormat:
+def format_row(path: Path, what: str = "recording") -> RecordingFormat:
+    """Return the format of a file.
+
+    Parameters
+    ----------
+    what : it is, for messages
+
+    Raises
+    ------
+    InputError
+        If it does not exist, or is of no format.
+    """
     if not path.exists():
-        raise InputError(f"recording {path} does not exist, expected {format_names()}")
+        raise InputError(f"{what} {path} does not exist, expected {format_names()}")
     row = format_of(path)
     if row is None:
         suffixes_first = sorted(FORMATS, key=lambda row: not row.name.startswith("."))
         raise InputError(
-            f"recording {path}: suffix {path.suffix or '(none)'} is unknown, "
+            f"{what} {path}: suffix {path.suffix or '(none)'} is unknown, "
             f"expected {format_names(suffixes_first)}"
         )
     return row

@@ -72,17 +72,22 @@ def _turns(
     if len(rate) == 0 or not norm.any():
         return np.zeros((0, 3)), np.zeros((0, 3))
     t, norm, force = force_time_s[norm > 0], norm[norm > 0], force[norm > 0]
-    u = force / norm[:, None]
-    omega = np.column_stack([np.interp(t, rate_time_s, column) for column in rate.T])
-    turn_rate = np.cross(omega, u)
     is_rough = np.abs(norm / np.median(norm) - 1)
     deltas, predictions = [], []
     # Half-overlapping windows, but only where there are samples.
     steps = np.unique(np.floor((t - t[0]) / (WINDOW_S / 2)))
     if len(steps) > MOST_WINDOWS:
         steps = steps[np.linspace(0, len(steps) - 1, MOST_WINDOWS).astype(int)]
+    first_s = t[0]
+    in_window = np.zeros(len(t), dtype=bool)
     for step in steps:
-        start = t[0] + step * WINDOW_S / 2
+        in_window[_samples(t, first_s + step * WINDOW_S / 2)] = True
+    t, norm, force = t[in_window], norm[in_window], force[in_window]
+    is_rough, u = is_rough[in_window], force / norm[:, None]
+    omega = np.column_stack([np.interp(t, rate_time_s, column) for column in rate.T])
+    turn_rate = np.cross(omega, u)
+    for step in steps:
+        start = first_s + step * WINDOW_S / 2
         here = _samples(t, start)
         if (
             here.stop - here.start < 2  # of times so large that a second is nothing to them
@@ -104,4 +109,4 @@ def _samples(time_s: Array, start_s: float) -> slice:
 
 
 def _longest_gap_s(time_s: Array, start_s: float) -> float:
-    return float(np.diff([start_s, *time_s, start_s + WINDOW_S]).max())
+    return float(np.diff(time_s, prepend=start_s, append=start_s + WINDOW_S).max())

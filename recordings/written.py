@@ -17,12 +17,14 @@ class WrittenRecording:
     ----------
     notes : sentences on what was recognised, ignored and repaired in a file of somebody else's
     findings : what an estimate may suffer from
+    origin_s : what was taken off the file's times, s, which count from an epoch
     """
 
     recording: Recording
     ink: Ink | None = None
     notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
+    origin_s: float = 0.0
 
     def sentences(self) -> list[str]:
         """Return what the reader says of the file."""

@@ -57,16 +57,21 @@ class Group:
     own: Mapping[str, str] = field(default_factory=dict)
     known: Mapping[str, Column] = field(default_factory=dict)
 
-    def values(self, axes: Sequence[str], rows: Rows = ALL) -> Array:
-        """Return the readings (n, k) as they stand in the file, NaN where there is none."""
+    def values(
+        self, axes: Sequence[str], rows: Rows = ALL, *, factors: Array | None = None
+    ) -> Array:
+        """Return the readings (n, k), NaN where there is none: as they stand, or times factors."""
         where = f"recording {self.table.name}"
         whole = isinstance(rows, slice) and rows == ALL
         frame = self.table.frame if whole else self.table.frame.iloc[rows]
-        found = [numbers(frame[self.headers[axis]], where) for axis in axes]
-        if self.added is not None:
-            more = [numbers(frame[self.added[axis]], where) for axis in axes]
-            found = [one + other for one, other in zip(found, more, strict=True)]
-        return np.column_stack(found)
+        found = np.empty((len(frame), len(axes)))
+        for k, axis in enumerate(axes):
+            found[:, k] = numbers(frame[self.headers[axis]], where)
+            if self.added is not None:
+                found[:, k] += numbers(frame[self.added[axis]], where)
+            if factors is not None:
+                found[:, k] *= factors[k]
+        return found
 
     def factors(self, axes: Sequence[str], factor: float) -> Array:
         """Return the factors to SI (k,): those of the columns' own names, else one for all.

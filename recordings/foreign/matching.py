@@ -94,7 +94,12 @@ def _rank(group: Group) -> tuple[bool, bool, bool]:
 
 def _has_reading(group: Group) -> bool:
     frame = group.table.frame
-    values = frame[list(group.headers.values())].iloc[spread(len(frame))]
+    rows = spread(len(frame))
+    columns = [frame[header] for header in group.headers.values()]
+    if all(isinstance(c.dtype, np.dtype) and c.dtype.kind in "fiu" for c in columns):
+        cells = (column.to_numpy()[rows] for column in columns)
+        return any(bool(((one != 0) & ~np.isnan(one)).any()) for one in cells)
+    values = frame[list(group.headers.values())].iloc[rows]
     return bool(values.notna().any(axis=None)) and not bool((values.fillna(0) == 0).all(axis=None))
 
 

@@ -55,10 +55,11 @@ def recording_of_clock(
             values = _poses(group.values(POSE_AXES, rows), scales[sensor])
         else:
             _check_axes(group, sensor, axes, where)
-            values = group.values(axes, rows)
-            values *= group.factors(axes, scales[sensor].unit.factor)
-        missing = np.isnan(values).any(axis=1)
-        if not np.isnan(values).all(axis=0).any():
+            factors = group.factors(axes, scales[sensor].unit.factor)
+            values = group.values(axes, rows, factors=factors)
+        gaps = [np.isnan(column) for column in values.T]
+        missing = np.logical_or.reduce(gaps)
+        if not any(gap.all() for gap in gaps):
             readings[sensor] = values
             if missing.any():
                 of_all = f"{int(missing.sum())} of {len(values)} rows"

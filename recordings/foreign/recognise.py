@@ -100,7 +100,10 @@ def recording_of_tables(
         check_units(recording, pen, read_as=read_as)
     notes = [*told.notes, *(f"repaired: {sentence}" for sentence in told.repairs)]
     return WrittenRecording(
-        recording, notes=tuple(map(one_line, notes)), findings=tuple(told.findings)
+        recording,
+        notes=tuple(map(one_line, notes)),
+        findings=tuple(told.findings),
+        origin_s=origin_s,
     )
 
 

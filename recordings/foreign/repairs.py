@@ -53,11 +53,15 @@ def mended_times(stamps_s: Array, readings: Callable[[], Array]) -> MendedTimes:
     readings : returns those (n, k) of the rows: one that repeats stamp and readings was written
         twice
     """
+    times = np.round(stamps_s, TIME_DIGITS)
+    is_good = len(times) > 1 and bool(np.isfinite(times[[0, -1]]).all())
+    if is_good and bool((np.diff(times) > 0).all()):  # NaN is not: there is nothing to be mended
+        return MendedTimes(slice(None), times, (), _gaps(times))
     repairs: list[str] = []
     rows = np.flatnonzero(np.isfinite(stamps_s))
     if untimed := len(stamps_s) - len(rows):
         repairs.append(f"{counted(untimed, 'row')} without a time left out")
-    times = np.round(stamps_s[rows], TIME_DIGITS)
+    times = times[rows]
     same = np.flatnonzero(np.diff(times) == 0)
     if len(same):
         read = readings()[rows]
@@ -159,7 +163,7 @@ def _increasing(times: Array) -> NDArray[np.int64]:
 
 def _gaps(times: Array) -> tuple[str, ...]:
     steps = np.diff(times)
-    if not len(steps):
+    if not len(steps) or float(steps.max()) <= LEAST_GAP_S:
         return ()
     gaps = np.flatnonzero(steps > max(GAP_STEPS * float(np.median(steps)), LEAST_GAP_S))
     if not len(gaps):

@@ -69,8 +69,8 @@ class Stamps:
 
     def first_s(self) -> float:
         """Return the first stamp, s."""
-        known = self.raw[np.isfinite(self.raw)]
-        return float(known[0]) * self.unit.factor if len(known) else 0.0
+        known = np.isfinite(self.raw)
+        return float(self.raw[known.argmax()]) * self.unit.factor if known.any() else 0.0
 
     def seconds(self, origin_s: float) -> Array:
         """Return the times (n,) from an origin, s, as exact as the file has them."""
@@ -115,7 +115,9 @@ def stamps_of(
             usable.append((one, stamped, texts))
     if not usable:
         return _counted(table, where, rate_hz, headers)
-    name, raw, is_text = max(usable, key=lambda one: _quality(*one))
+    name, raw, is_text = usable[0]
+    if len(usable) > 1:
+        name, raw, is_text = max(usable, key=lambda one: _quality(*one))
     if is_text:
         return _unwrapped(
             Stamps(name, raw, KNOWN_UNITS["ns"], "header", (f"times from {name}, dates",))
@@ -194,8 +196,10 @@ def _unwrapped(stamps: Stamps) -> Stamps:
     raw = stamps.raw
     steps = np.diff(np.asarray(raw, dtype=float))
     back = np.flatnonzero(steps < 0)
+    if not len(back):
+        return stamps
     step = usual_step(np.asarray(raw, dtype=float))
-    if not len(back) or step is None:
+    if step is None:
         return stamps
     moduli = (*OVERFLOWS, float(DAY_NS)) if stamps.unit.name == "ns" else OVERFLOWS
     added, wraps, modulus_found = np.zeros(len(raw)), 0, 0.0

@@ -42,6 +42,7 @@ def check_cells(
         if b"\0" in piece:
             raise InputError(f"{where}: holds a zero byte, expected text")
         gaps, ends = _gaps(piece, since, b"\n")
+        lines = len(ends)
         if int(gaps.max()) > longest:  # lines with more than a cell may have: look at their cells
             gaps, ends = _gaps(piece, since, delimiters + b"\r\n")
             if (length := int(gaps.max())) > longest:
@@ -50,7 +51,7 @@ def check_cells(
                 check_most("cell_bytes", length, f"{where}: line {line} of the file")
         last = max(piece.rfind(mark) for mark in (delimiters[:1], delimiters[-1:], b"\n", b"\r"))
         since = len(piece) - 1 - last if last >= 0 else since + len(piece)
-        rows += piece.count(b"\n")
+        rows += lines
         for limit in limits:
             check_most(limit, rows * (columns if limit == "values" else 1), where)
     file.seek(start)

@@ -157,6 +157,8 @@ def numbers(cells: pd.Series, where: str, *, above: int = 0) -> Array:
 
 def loose_numbers(cells: pd.Series) -> Array:
     """Return a column's numbers (n,), NaN or infinity where a cell holds anything else."""
+    if isinstance(cells.dtype, np.dtype) and cells.dtype.kind in "fiu":
+        return cells.to_numpy(dtype=float)
     try:
         return pd.to_numeric(cells, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
     except (TypeError, ValueError, OverflowError):  # objects, and whole numbers beyond a float

@@ -84,7 +84,7 @@ def _table(
     unique = [
         n if n and n not in spelt[:k] else f"{n or 'column'} {k + 1}" for k, n in enumerate(spelt)
     ]
-    frame = pd.DataFrame([list(row) for row in rows[first:]], columns=unique)
+    frame = pd.DataFrame(list(rows[first:]), columns=unique)
     frame = frame.replace("", np.nan).infer_objects().dropna(how="all")
     preamble = "\n".join(" ".join(row) for row in texts[:first])
     has_header = names is not None and header is None

@@ -180,8 +180,11 @@ class TableHeader:
         return Recording(self.name, time_s, readings, truth, arrivals=arrivals)
 
     def _in_si(self, cells: pd.Series, factor: float, above: int) -> Array:
+        values = numbers(cells, self.where, above=above)
+        if factor == 1:
+            return values
         with np.errstate(over="ignore"):
-            values = numbers(cells, self.where, above=above) * factor
+            values = values * factor
         beyond = np.flatnonzero(np.isinf(values))
         if len(beyond):
             row = beyond[0]

@@ -1,0 +1,1 @@
+"""A truth from elsewhere beside an estimate: clocks and frames aligned, then errors."""

@@ -1,0 +1,1 @@
+"""What somebody else measured of a pen's motion: read from a file, never shown to an estimator."""
