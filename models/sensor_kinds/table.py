@@ -12,6 +12,7 @@ from pydantic import Field
 from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.contact import Contact
 from models.sensor_kinds.gyroscope import Gyroscope
+from models.sensor_kinds.magnetometer import Magnetometer
 from models.sensor_kinds.mounted import SensorBase
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_kinds.reading import MovingBody
@@ -22,6 +23,7 @@ from models.sensor_model import SensorModel
 KINDS: tuple[type[SensorBase], ...] = (
     Accelerometer,
     Gyroscope,
+    Magnetometer,
     PoseCamera,
     Contact,
     WritingArea,
