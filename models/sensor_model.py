@@ -65,7 +65,8 @@ class SensorModel:
     usual_innovations : see `models.sensor_kinds.mounted.SensorBase`; for a watch
     bias_states : names of the model's states that are this sensor's biases
     bias_walk : density of their random walk, the reading's unit per √s
-    sees_pose, feels_gravity, reads_rate : see `models.sensor_kinds.mounted.SensorBase`
+    sees_pose, feels_gravity, reads_rate, is_disturbed : see
+        `models.sensor_kinds.mounted.SensorBase`
     is_derived : whether its readings follow from those of others: they bring no noise of their
         own, and consistency leaves them out
     rest : of a sensor whose readings an estimator makes itself, zero while the body rests; None
@@ -95,6 +96,7 @@ class SensorModel:
     sees_pose: bool = False
     feels_gravity: bool = False
     reads_rate: bool = False
+    is_disturbed: bool = False
     is_derived: bool = False
     rest: RestRule | None = None
 

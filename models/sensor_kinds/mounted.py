@@ -47,6 +47,7 @@ class SensorBase(UnitConfig):
     reads_rate : whether it reads angular rates, rad/s, about its axes
     reads_touch : whether it reads the height of a plane, and only while the tip touches it
     is_rest : whether it reads zero angular rate, and only while the body rests
+    is_disturbed : whether its surroundings disturb it often: a watch suspects it first
     is_mounted : whether it has a place and an orientation, as a `MountedSensor`
     """
 
@@ -56,6 +57,7 @@ class SensorBase(UnitConfig):
     reads_rate: ClassVar[bool] = False
     reads_touch: ClassVar[bool] = False
     is_rest: ClassVar[bool] = False
+    is_disturbed: ClassVar[bool] = False
     is_mounted: ClassVar[bool] = False
     if TYPE_CHECKING:
         kind: str

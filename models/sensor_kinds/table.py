@@ -84,6 +84,7 @@ def sensor_model(
         sees_pose=sensor.sees_pose,
         feels_gravity=sensor.feels_gravity,
         reads_rate=sensor.reads_rate,
+        is_disturbed=sensor.is_disturbed,
         is_derived=sensor.is_rest,
         rest=reading.rest,
     )
