@@ -60,6 +60,8 @@ class SensorModel:
     resolution : step of the quantiser, in the reading's unit; 0 has none
     touched_height : of a sensor that reads this height while the tip touches it, and
         nothing in the air; None for others
+    seen : casadi.Function (n_x,) -> a number that is negative where there is no reading, for the
+        simulator; None reads everywhere
     dropout_fraction, huber, gate_probability : see `models.sensor_kinds.mounted.SensorBase`; the
         last two are for whoever builds an estimator, see `losses`
     usual_innovations : see `models.sensor_kinds.mounted.SensorBase`; for a watch
@@ -87,6 +89,7 @@ class SensorModel:
     reading_limit: float | None = None
     resolution: float = 0.0
     touched_height: float | None = None
+    seen: ca.Function | None = None
     dropout_fraction: float = 0.0
     huber: float | None = None
     gate_probability: float | None = None

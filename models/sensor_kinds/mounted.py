@@ -41,7 +41,6 @@ class SensorBase(UnitConfig):
         dropped, by estimators that have gates; None drops none
     usual_innovations : the largest of the statistics of innovations that a watch keeps, on most
         clean data: `estimation.watch.limits.USUAL`; None takes what chance explains
-    sees_position : whether the tip's position stays bounded with this sensor
     sees_pose : whether it reads position, m, and rotation vector, rad, of a target
     feels_gravity : whether it reads specific force, m/s², along its axes
     reads_rate : whether it reads angular rates, rad/s, about its axes
@@ -51,7 +50,6 @@ class SensorBase(UnitConfig):
     is_mounted : whether it has a place and an orientation, as a `MountedSensor`
     """
 
-    sees_position: ClassVar[bool] = False
     sees_pose: ClassVar[bool] = False
     feels_gravity: ClassVar[bool] = False
     reads_rate: ClassVar[bool] = False
@@ -86,6 +84,11 @@ class SensorBase(UnitConfig):
         ----------
         bias : the sensor's bias states, as many as `bias_states` names
         """
+
+    @property
+    def sees_position(self) -> bool:
+        """Whether the tip's position stays bounded with this sensor."""
+        return False
 
     @property
     def place_m(self) -> Vector3 | None:

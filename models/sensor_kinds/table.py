@@ -17,6 +17,7 @@ from models.sensor_kinds.mounted import SensorBase
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_kinds.reading import MovingBody
 from models.sensor_kinds.rest import Rest
+from models.sensor_kinds.tip_position import TipPosition
 from models.sensor_kinds.writing_area import WritingArea
 from models.sensor_model import SensorModel
 
@@ -25,6 +26,7 @@ KINDS: tuple[type[SensorBase], ...] = (
     Gyroscope,
     Magnetometer,
     PoseCamera,
+    TipPosition,
     Contact,
     WritingArea,
     Rest,
@@ -75,6 +77,7 @@ def sensor_model(
         reading_limit=reading.reading_limit,
         resolution=reading.resolution,
         touched_height=reading.touched_height,
+        seen=None if reading.seen is None else ca.Function(f"seen_{name}", [x], [reading.seen]),
         dropout_fraction=sensor.dropout_fraction,
         huber=sensor.huber,
         gate_probability=sensor.gate_probability,
