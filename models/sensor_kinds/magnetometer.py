@@ -50,6 +50,11 @@ class Magnetometer(VectorSensor):
         """Standard deviation of a sample by noise and resolution."""
         return math.sqrt(self.noise_std_ut**2 + quantiser_variance(self.resolution))
 
+    @property
+    def field_strength(self) -> float:
+        """That of the Earth, µT."""
+        return self.field_strength_ut
+
     def field_ut(self, up: Vector3) -> Vector3:
         """Return the field in the axes of a paper whose upward direction is `up`."""
         level = self.field_strength_ut * math.cos(self.field_dip_rad)

@@ -91,6 +91,11 @@ class SensorBase(UnitConfig):
         return False
 
     @property
+    def field_strength(self) -> float | None:
+        """Strength of the magnetic field that it reads, µT; None for others."""
+        return None
+
+    @property
     def place_m(self) -> Vector3 | None:
         """Where the tip is, for a sensor that says so without a reading; None for others."""
         return None

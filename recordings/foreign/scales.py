@@ -14,8 +14,8 @@ from models.pen_config import PenConfig
 from models.shown_text import short
 from models.units import UNITS
 from recordings.foreign.clocks import Clock
-from recordings.foreign.found_units import acceleration_unit, rate_unit
-from recordings.foreign.groups import POSE, Group
+from recordings.foreign.found_units import acceleration_unit, field_unit, rate_unit
+from recordings.foreign.groups import POSE, TIP, Group
 from recordings.foreign.header_units import KNOWN_UNITS, Unit
 from recordings.foreign.loggers import Logger
 from recordings.foreign.units_asked import unit_asked
@@ -96,7 +96,10 @@ def scales_of(
                 force = read, scales[sensor].unit.name
         elif config.reads_rate:
             scales[sensor] = asked or written or _rate_scale(group, read, force, logger)
-        elif group.kind == POSE:
+        elif config.field_strength is not None:
+            strength = config.field_strength
+            scales[sensor] = asked or written or _field_scale(group, read[1], strength, logger)
+        elif group.kind in (POSE, TIP):
             scales[sensor] = asked or written or _position_scale(read[1])
         else:
             scales[sensor] = asked or written or Scale(KNOWN_UNITS[si], "assumed")
@@ -139,6 +142,15 @@ def _rate_scale(
     if not is_sure and logger is not None and group.kind in logger.units:
         return Scale(KNOWN_UNITS[logger.units[group.kind]], f"as {logger.name} writes")
     return Scale(KNOWN_UNITS["rad_s"], "assumed") if found is None else Scale(found.unit, found.why)
+
+
+def _field_scale(group: Group, values: Array, strength_ut: float, logger: Logger | None) -> Scale:
+    found = field_unit(values, strength_ut) if values.shape[1] == 3 else None
+    if found is not None:
+        return Scale(found.unit, found.why)
+    if logger is not None and group.kind in logger.units:
+        return Scale(KNOWN_UNITS[logger.units[group.kind]], f"as {logger.name} writes")
+    return Scale(KNOWN_UNITS["ut"], "assumed")
 
 
 def _position_scale(values: Array) -> Scale:
