@@ -18,6 +18,7 @@ from recordings.foreign.found_units import acceleration_unit, field_unit, rate_u
 from recordings.foreign.groups import POSE, TIP, Group
 from recordings.foreign.header_units import KNOWN_UNITS, Unit
 from recordings.foreign.loggers import Logger
+from recordings.foreign.pairing import same_chip
 from recordings.foreign.units_asked import unit_asked
 from recordings.formats.columns import TIME
 from recordings.plausible_units import spread
@@ -25,6 +26,7 @@ from recordings.plausible_units import spread
 LARGEST_POSITION_M = 20.0
 """Positions beyond this, without a unit, are millimetres."""
 _Readings = tuple[Array, Array]
+_Force = tuple[Group, _Readings, str]
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ def scales_of(
         of an accelerometer.
     """
     scales: dict[str, Scale] = {}
-    force: tuple[_Readings, str] | None = None
+    forces: list[_Force] = []
     every = [(clock, sensor, group) for clock in clocks for sensor, group in clock.groups.items()]
     for clock, sensor, group in sorted(every, key=lambda one: pen.sensors[one[1]].reads_rate):
         config = pen.sensors[sensor]
@@ -92,10 +94,10 @@ def scales_of(
         read = clock.mended.time_s[rows][complete] + clock.origin_s, values[complete]
         if config.feels_gravity:
             scales[sensor] = _force_scale(group, read[1], asked or written, logger)
-            if len(axes) == 3 and force is None:
-                force = read, scales[sensor].unit.name
+            if len(axes) == 3:
+                forces.append((group, read, scales[sensor].unit.name))
         elif config.reads_rate:
-            scales[sensor] = asked or written or _rate_scale(group, read, force, logger)
+            scales[sensor] = asked or written or _rate_scale(group, read, forces, logger)
         elif config.field_strength is not None:
             strength = config.field_strength
             scales[sensor] = asked or written or _field_scale(group, read[1], strength, logger)
@@ -132,11 +134,12 @@ def _force_scale(group: Group, values: Array, given: Scale | None, logger: Logge
 
 
 def _rate_scale(
-    group: Group, read: _Readings, force: tuple[_Readings, str] | None, logger: Logger | None
+    group: Group, read: _Readings, forces: Sequence[_Force], logger: Logger | None
 ) -> Scale:
     found = None
     if read[1].shape[1] == 3:
-        of_force, force_unit = (None, "") if force is None else force
+        beside = [force for force in forces if same_chip(force[0], group)] or forces
+        _, of_force, force_unit = beside[0] if beside else (group, None, "")
         found = rate_unit(*read, of_force, force_unit=force_unit)
     is_sure = found is not None and found.why != "assumed"
     if not is_sure and logger is not None and group.kind in logger.units:
