@@ -28,3 +28,4 @@ from models.turntable import mirror as mirror
 from models.turntable import paper_turntable as paper_turntable
 from models.turntable import turntable_model as turntable_model
 from models.units import UNITS as UNITS
+from models.with_sensor import with_sensor as with_sensor

@@ -67,6 +67,21 @@ def readable_unit(unit: str) -> str:
     return f"{stem}/{per.replace('2', '²')}" if per in ("s", "s2") else stem if not per else unit
 
 
+def plain_unit(unit: str) -> str:
+    """Return the unit of `UNITS` that people write so (``m/s`` → ``m_s``), else the unit itself."""
+    return next((si for si in UNITS if unit in (si, readable_unit(si))), unit)
+
+
+def accepted_units(unit: str) -> Mapping[str, float]:
+    """Return the units that may stand in a unit's place, with factors; any other is alone."""
+    return UNITS.get(unit, {unit: 1.0})
+
+
+def with_unit(quantity: str, unit: str) -> str:
+    """Return the name of a quantity with its unit: ``accel_x_m_s2``."""
+    return f"{quantity}_{unit}" if unit else quantity
+
+
 def unit_ending(name: str) -> str:
     """Return the SI unit that a name ends in, as people write it; nothing where there is none."""
     return readable_unit(split_unit(name)[1])

@@ -26,6 +26,7 @@ from models.pen_config import PenConfig as PenConfig
 from models.pen_file import load_pen as load_pen
 from models.state_space import StateSpaceModel as StateSpaceModel
 from models.turntable import turntable_model as turntable_model
+from models.with_sensor import with_sensor as with_sensor
 from pen_mhe.comparison import compare as compare
 from pen_mhe.errors import rms_errors as rms_errors
 from pen_mhe.errors import state_errors as state_errors

@@ -177,7 +177,7 @@ def _own(
     """Return the group of columns that are called as a recording of the pen calls them."""
     if all(known[name].quantity == name for name in names.values()):
         return Group(kind, "", table, headers, None, sensor, known=known)  # no unit is written
-    units = {KNOWN_UNITS[known[name].unit] for name in names.values()}
+    units = {KNOWN_UNITS.get(known[name].unit) for name in names.values()}
     unit = units.pop() if len(units) == 1 else None
     return Group(kind, "", table, headers, unit, sensor, own=names, known=known)
 

@@ -104,7 +104,8 @@ def scales_of(
         elif group.kind in (POSE, TIP):
             scales[sensor] = asked or written or _position_scale(read[1])
         else:
-            scales[sensor] = asked or written or Scale(KNOWN_UNITS[si], "assumed")
+            unit = KNOWN_UNITS.get(si, Unit(si, si, 1.0))
+            scales[sensor] = asked or written or Scale(unit, "assumed")
     return scales
 
 
