@@ -84,7 +84,7 @@ def test_every_preset_is_a_sensor_with_a_source() -> None:
         assert sensor.kind == values["kind"]
         written = {k: v for k, v in values.items() if k != "source"}
         assert sensor == sensor_from(**written, **place)
-        assert 0 < sensor.resolution < sensor.sample_std < sensor.reading_limit, name
+        assert 0 <= sensor.resolution < sensor.sample_std < sensor.reading_limit, name
 
 
 def test_presets_are_a_copy() -> None:
