@@ -27,7 +27,7 @@ def check(estimator: str, side: list[float], ramp_s: float, duration_s: float = 
     assert flagged[inside, mag].mean() > 0.9
     assert times[flagged[:, mag]][0] < START_S + 0.2 + ramp_s / 4
     assert not flagged[:, [i for i in range(flagged.shape[1]) if i != mag]].any()
-    assert not flagged[-200:, mag].any()  # it is taken back
+    assert not flagged[-100:, mag].any()  # it was taken back
     assert (history.flagged[inside, mag] & (Flag.OUTLIER | Flag.LEFT_OUT)).any()
     late = times >= 1.0
     without = azimuth_error(pm.run(bare, clean), clean)[late]
