@@ -25,6 +25,8 @@ from recordings.plausible_units import spread
 
 LARGEST_POSITION_M = 20.0
 """Positions beyond this, without a unit, are millimetres."""
+LARGEST_WRITING_M = 1.0
+"""A tip that moves over more than this, without a unit, does so in millimetres."""
 _Readings = tuple[Array, Array]
 _Force = tuple[Group, _Readings, str]
 
@@ -101,8 +103,12 @@ def scales_of(
         elif config.field_strength is not None:
             strength = config.field_strength
             scales[sensor] = asked or written or _field_scale(group, read[1], strength, logger)
-        elif group.kind in (POSE, TIP):
-            scales[sensor] = asked or written or _position_scale(read[1])
+        elif group.kind == POSE:
+            far = np.abs(read[1][:, :3]).max(initial=0.0) > LARGEST_POSITION_M
+            scales[sensor] = asked or written or _position_scale(bool(far))
+        elif group.kind == TIP:
+            wide = len(read[1]) > 0 and np.ptp(read[1], axis=0).max() > LARGEST_WRITING_M
+            scales[sensor] = asked or written or _position_scale(bool(wide))
         else:
             unit = KNOWN_UNITS.get(si, Unit(si, si, 1.0))
             scales[sensor] = asked or written or Scale(unit, "assumed")
@@ -157,10 +163,9 @@ def _field_scale(group: Group, values: Array, strength_ut: float, logger: Logger
     return Scale(KNOWN_UNITS["ut"], "assumed")
 
 
-def _position_scale(values: Array) -> Scale:
-    """Return metres, or millimetres for what is too far away."""
-    far = float(np.abs(values[:, :3]).max(initial=0.0)) > LARGEST_POSITION_M
-    return Scale(KNOWN_UNITS["mm" if far else "m"], "assumed by how large they are")
+def _position_scale(is_large: bool) -> Scale:
+    """Return metres, or millimetres for what is too large for them."""
+    return Scale(KNOWN_UNITS["mm" if is_large else "m"], "assumed by how large they are")
 
 
 def _signed(scale: Scale, sign: float) -> Scale:
