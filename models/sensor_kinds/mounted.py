@@ -91,6 +91,11 @@ class SensorBase(UnitConfig):
         return False
 
     @property
+    def may_be_silent(self) -> bool:
+        """Whether a whole recording may have no reading of it, though it has its columns."""
+        return self.reads_touch or self.is_rest
+
+    @property
     def field_strength(self) -> float | None:
         """Strength of the magnetic field that it reads, µT; None for others."""
         return None

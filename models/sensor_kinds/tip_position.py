@@ -58,6 +58,11 @@ class TipPosition(SensorBase):
         return len(self.axes) == 3
 
     @property
+    def may_be_silent(self) -> bool:
+        """The tip may be away all the time."""
+        return True
+
+    @property
     def reading_axes(self) -> tuple[tuple[str, str], ...]:
         """Those that are read."""
         return tuple((axis, "m") for axis in self.axes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import pen_mhe as pm
 from models.errors import InputError
 from models.pen_file import load_pen, parse_pen
+from recordings.formats.tables import recording_to_table
 from recordings.motion_list import DRAWN
 from tests.models.pens import call, random_state
 
@@ -78,6 +80,14 @@ def test_a_tablet_sees_no_pen_that_is_far_away() -> None:
     there = ~np.isnan(readings).any(axis=1)
     np.testing.assert_array_equal(seen[there], times[over <= np.median(over) + 1e-12])
     assert 0.4 < there.sum() / len(times) < 0.6
+
+
+def test_a_recording_that_never_sees_the_tip_is_read(tmp_path: Path) -> None:
+    """What the simulator writes is read: the tablet's columns are there, and empty."""
+    pen = tablet_pen(**TABLET, hover_mm=1.0, height_m=-1.0)
+    recording = pm.simulate(pen, SENSORS, motion="handwriting", duration_s=0.5)
+    recording_to_table(recording, pen).to_csv(tmp_path / "it.csv", index=False)
+    assert set(pm.read_recording(tmp_path / "it.csv", pen).readings) == {"accel", "gyro"}
 
 
 @pytest.mark.parametrize(

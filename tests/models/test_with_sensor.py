@@ -109,9 +109,7 @@ def test_every_mhe_takes_it(estimator: str) -> None:
     recording = pm.simulate(pen, SENSORS, motion="handwriting", duration_s=0.6, seed=1)
     reference = pm.run(pm.create_estimator("mhe", model), recording)
     history = pm.run(pm.create_estimator(estimator, model), recording)
-    assert history.solved_fraction > 0.98
-    apart = np.abs(history.mean - reference.mean)[-1] / reference.std_of("tip_z_m")[-1]
-    assert np.isfinite(apart).all()
+    assert (history.to_pandas()["status"][20:] == "solved").all()  # IPOPT may stop at the start
     tip = history.column("tip_z_m") - reference.column("tip_z_m")
     assert np.abs(tip[20:]).max() < reference.std_of("tip_z_m")[-1]
 
