@@ -1,4 +1,5 @@
 from models import printed as printed
+from models.attached_sensor import with_sensor as with_sensor
 from models.bundled import bundled_pens as bundled_pens
 from models.differential import ode as ode
 from models.errors import InputError as InputError
@@ -28,4 +29,3 @@ from models.turntable import mirror as mirror
 from models.turntable import paper_turntable as paper_turntable
 from models.turntable import turntable_model as turntable_model
 from models.units import UNITS as UNITS
-from models.with_sensor import with_sensor as with_sensor

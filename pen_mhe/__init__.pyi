@@ -14,6 +14,7 @@ from mhe.config import MheRtiConfig as MheRtiConfig
 from mhe.realtime import Mhe as Mhe
 from mhe.realtime import MheRti as MheRti
 from mhe.reference.ipopt import MheIpopt as MheIpopt
+from models.attached_sensor import with_sensor as with_sensor
 from models.bundled import bundled_pens as bundled_pens
 from models.differential import ode as ode
 from models.errors import InputError as InputError
@@ -26,7 +27,6 @@ from models.pen_config import PenConfig as PenConfig
 from models.pen_file import load_pen as load_pen
 from models.state_space import StateSpaceModel as StateSpaceModel
 from models.turntable import turntable_model as turntable_model
-from models.with_sensor import with_sensor as with_sensor
 from pen_mhe.comparison import compare as compare
 from pen_mhe.errors import rms_errors as rms_errors
 from pen_mhe.errors import state_errors as state_errors

@@ -16,7 +16,7 @@ from models.units import plain_unit
 
 
 class OwnPenSensor(SensorBase):
-    """What `models.with_sensor.with_sensor` puts on a pen.
+    """What `models.attached_sensor.with_sensor` puts on a pen.
 
     Parameters
     ----------
