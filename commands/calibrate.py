@@ -59,6 +59,32 @@ def still(
 
 
 @app.command(cls=Command)
+def magnetometer(
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(help="Files of a pen that is turned about, one or several."),
+    ],
+    output: Annotated[Path, typer.Option(help="Pen file to write, .toml.")],
+    pen: PenOption,
+    sensors: SensorsOption = None,
+    units: Annotated[
+        str | None,
+        typer.Option(help="Units of a table's columns, e.g. mag=gauss,accel=g; SI by default."),
+    ] = None,
+) -> None:
+    """Find hard iron, soft iron and noise of a magnetometer from a pen turned about.
+
+    Turn the pen slowly about all its axes, tip up and down, for half a minute,
+    far from iron. Writes the pen file anew, with what was found and how sure it
+    is.
+    """
+    with one_sentence(), not_swallowed():
+        from commands import calibrate_run  # models and tables are slow to import
+
+        calibrate_run.run_magnetometer(recordings, output, pen, names(sensors), read_units(units))
+
+
+@app.command(cls=Command)
 def camera(
     recording: Annotated[
         Path, typer.Argument(help="A D-POINT folder, or a .csv or .parquet file.")

@@ -12,6 +12,9 @@ from benchmark.console import console, print_table
 from commands.pen_output import check_pen_output
 from pen_mhe.calibration.camera import calibrate_camera
 from pen_mhe.calibration.camera_fit import Progress
+from pen_mhe.calibration.magnetometer import calibrate_magnetometer
+from pen_mhe.calibration.magnetometer_result import MagnetometerCalibration
+from pen_mhe.calibration.result import StillCalibration
 from pen_mhe.calibration.still import calibrate_still
 
 
@@ -26,9 +29,26 @@ def run_still(
     """Calibrate on still poses, write the pen file, and say how sure its numbers are."""
     check_pen_output(output, pen, recordings)
     found = calibrate_still(recordings, pen, sensors=sensors, find=find, units=units)
+    _written(found, output, f"{found.find} from still poses")
+
+
+def run_magnetometer(
+    recordings: Sequence[Path],
+    output: Path,
+    pen: str,
+    sensors: Sequence[str] | None,
+    units: Mapping[str, str],
+) -> None:
+    """Calibrate on turns, write the pen file, and say how sure its numbers are."""
+    check_pen_output(output, pen, recordings)
+    found = calibrate_magnetometer(recordings, pen, sensors=sensors, units=units)
+    _written(found, output, "hard and soft iron from turns")
+
+
+def _written(found: StillCalibration | MagnetometerCalibration, output: Path, title: str) -> None:
     found.write(output)
     print_table(
-        f"{found.find} from still poses",
+        title,
         ["sensor", "quantity", "value", "± one deviation", "unit"],
         [[n.sensor, n.quantity, f"{n.value:.6g}", f"{n.std:.2g}", n.unit] for n in found.numbers],
     )

@@ -1,4 +1,5 @@
 from models import printed as printed
+from models.attached_sensor import with_sensor as with_sensor
 from models.bundled import bundled_pens as bundled_pens
 from models.differential import ode as ode
 from models.errors import InputError as InputError

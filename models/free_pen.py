@@ -73,6 +73,11 @@ class FreeBody:
         return self.x[TIP]
 
     @property
+    def tip_velocity(self) -> ca.SX:
+        """World velocity (3,), m/s."""
+        return self.x[V]
+
+    @property
     def world_to_body(self) -> ca.SX:
         """B (3, 3)."""
         return attitude.body_to_world(self.x[SIGMA]).T

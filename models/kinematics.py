@@ -27,6 +27,10 @@ class Body(Protocol):
         """World position (3,) of the origin, m."""
 
     @property
+    def tip_velocity(self) -> ca.SX:
+        """World velocity (3,) of the origin, m/s."""
+
+    @property
     def world_to_body(self) -> ca.SX:
         """The rotation matrix B (3, 3)."""
 
@@ -66,6 +70,11 @@ class RigidBody:
         """Return d/dt of an expression of q and q̇: Σ ∂/∂q · q̇ + ∂/∂q̇ · q̈."""
         along = ca.jtimes(ca.vec(expression), self._coordinates, self._velocities)
         return ca.reshape(along, expression.shape)
+
+    @property
+    def tip_velocity(self) -> ca.SX:
+        """World velocity (3,) of the origin, m/s."""
+        return self.time_derivative(self.tip)
 
     def point(self, mounting: ca.SX) -> ca.SX:
         """Return the world position (3,) of a point given in body coordinates, m."""

@@ -36,6 +36,28 @@ def up_direction(level_rad: Vector2) -> Vector3:
     return part * level_rad[1], -part * level_rad[0], math.cos(angle)
 
 
+def from_gravity_frame(vector: Vector3, up: Vector3) -> Vector3:
+    """Return a vector of gravity's frame in the paper's axes: Exp([l]×) v.
+
+    That is the least turn that takes e_z to `up`, with k = e_z × up and c = up_z:
+
+        v + k × v + k × (k × v) / (1 + c)
+    """
+    k = (-up[1], up[0], 0.0)
+    once = _cross(k, vector)
+    twice = _cross(k, once)
+    x, y, z = (v + a + b / (1 + up[2]) for v, a, b in zip(vector, once, twice, strict=True))
+    return x, y, z
+
+
+def _cross(a: Vector3, b: Vector3) -> Vector3:
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
 def check_level(level_rad: Vector2) -> None:
     """Raise `ValueError` where gravity's frame is turned by a right angle or more."""
     if math.hypot(*level_rad) >= STEEPEST_RAD:

@@ -31,21 +31,30 @@ def check_parts(
     check_text(model, "model")
     for name, sensor in sensors.items():
         check_name(name, f"model {model}: sensor {short(name)}")
-        if not isinstance(sensor, OwnSensor):
-            raise InputError(f"model {model}: sensor {name} is {sensor!r}, expected an OwnSensor")
-        if not isinstance(sensor.axes, Mapping) or not _are_texts(sensor.axes.values()):
-            raise InputError(
-                f"model {model}: axes of sensor {name} are {sensor.axes!r}, "
-                'expected axis → unit ("" where it has none)'
-            )
-        for axis in sensor.axes:
-            check_text(axis, f"model {model}: sensor {name}: axis")
-        rate = sensor.rate_hz
-        if rate is not None and not (isinstance(rate, int | float | np.number) and rate > 0):
-            raise InputError(
-                f"model {model}: rate_hz of sensor {name} is {rate!r}, "
-                "expected a positive number or None"
-            )
+        check_sensor(name, sensor, f"model {model}: sensor")
+
+
+def check_sensor(name: str, sensor: object, where: str) -> None:
+    """Raise `InputError` unless a sensor is one, with axes and a rate.
+
+    Parameters
+    ----------
+    where : for messages, in front of its name
+    """
+    if not isinstance(sensor, OwnSensor):
+        raise InputError(f"{where} {name} is {sensor!r}, expected an OwnSensor")
+    if not isinstance(sensor.axes, Mapping) or not _are_texts(sensor.axes.values()):
+        raise InputError(
+            f"{where} {name}: its axes are {sensor.axes!r}, "
+            'expected axis → unit ("" where it has none)'
+        )
+    for axis in sensor.axes:
+        check_text(axis, f"{where} {name}: axis")
+    rate = sensor.rate_hz
+    if rate is not None and not (isinstance(rate, int | float | np.number) and rate > 0):
+        raise InputError(
+            f"{where} {name}: its rate_hz is {rate!r}, expected a positive number or None"
+        )
 
 
 def _are_texts(values: Iterable[object]) -> bool:

@@ -29,7 +29,7 @@ class OwnSensor:
     Parameters
     ----------
     reads : takes the symbolic state (n_x,), or the state and the model's inputs (n_u,), and
-        returns (n_y,) expressions
+        returns (n_y,) expressions. On a pen it takes `models.pen_quantities.PenQuantities`
     axes : axis → unit of each component of the reading, e.g. ``{"x": "m"}``
     noise_std : of every component, or one for each (n_y,), in its unit; larger trusts it less.
         The name of one of the model's inputs (``"gps_std"``) stands for a deviation that is known
@@ -98,7 +98,7 @@ def sensor_model(
     reading = sensor.reads(own, *(u.values() if reads_inputs else ()))
     h = column(reading, n, f"sensor {name}: its reading", per)
     y = ca.SX.sym("y", n)
-    r = column(_residual(name, sensor, y, h), n, f"sensor {name}: its residual", per)
+    r = column(residual_of(name, sensor, y, h), n, f"sensor {name}: its residual", per)
     units = unit_of_row = tuple(sensor.axes.values())
     if is_constant:
         std, whitening = constant_noise(name, *noise, n)
@@ -118,7 +118,8 @@ def sensor_model(
     )
 
 
-def _residual(name: str, sensor: OwnSensor, y: ca.SX, h: ca.SX) -> ca.SX:
+def residual_of(name: str, sensor: OwnSensor, y: ca.SX, h: ca.SX) -> ca.SX:
+    """Return how far a reading y (n,) is from h (n,), before any noise; `InputError` at misfits."""
     wraps = several(sensor.wraps)
     for axis in wraps:
         if axis not in sensor.axes:

@@ -117,6 +117,12 @@ def _with_preset(name: str, sensor: Any, where: str) -> Any:
     return {**kept, **own}
 
 
+def first_error(error: ValidationError) -> str:
+    """Return the message of the first error."""
+    found = error.errors(include_url=False, include_context=False)[0]
+    return found["msg"].removeprefix("Value error, ")
+
+
 def _one_sentence(error: ValidationError, where: str, data: Mapping[str, Any]) -> str:
     first = error.errors(include_url=False, include_context=False)[0]
     # A discriminated union adds the kind to the location: it is not a key.
@@ -125,9 +131,7 @@ def _one_sentence(error: ValidationError, where: str, data: Mapping[str, Any]) -
     keys = [str(part) for i, part in enumerate(loc) if not tagged or i != 2]
     if loc[:1] == ("motion",):
         keys = keys_of_file(keys, data)
-    message = first["msg"].removeprefix("Value error, ")
-    if first["type"] == "missing":
-        message = "is missing"
+    message = "is missing" if first["type"] == "missing" else first_error(error)
     if first["type"].startswith("union_tag"):
         is_chain = loc[0] == "motion"
         tag, known = ("chain", CHAINS[str(loc[1])]) if is_chain else ("kind", tuple(SENSOR_KINDS))

@@ -158,6 +158,11 @@ class PrintedBody:
         return self.rigid.tip
 
     @property
+    def tip_velocity(self) -> ca.SX:
+        """World velocity (3,) of the tip, m/s."""
+        return self.rigid.tip_velocity
+
+    @property
     def world_to_body(self) -> ca.SX:
         """The rotation matrix B (3, 3)."""
         return self.rigid.world_to_body

@@ -60,12 +60,15 @@ class SensorModel:
     resolution : step of the quantiser, in the reading's unit; 0 has none
     touched_height : of a sensor that reads this height while the tip touches it, and
         nothing in the air; None for others
+    seen : casadi.Function (n_x,) -> a number that is negative where there is no reading, for the
+        simulator; None reads everywhere
     dropout_fraction, huber, gate_probability : see `models.sensor_kinds.mounted.SensorBase`; the
         last two are for whoever builds an estimator, see `losses`
     usual_innovations : see `models.sensor_kinds.mounted.SensorBase`; for a watch
     bias_states : names of the model's states that are this sensor's biases
     bias_walk : density of their random walk, the reading's unit per √s
-    sees_pose, feels_gravity, reads_rate : see `models.sensor_kinds.mounted.SensorBase`
+    sees_pose, feels_gravity, reads_rate, is_disturbed : see
+        `models.sensor_kinds.mounted.SensorBase`
     is_derived : whether its readings follow from those of others: they bring no noise of their
         own, and consistency leaves them out
     rest : of a sensor whose readings an estimator makes itself, zero while the body rests; None
@@ -86,6 +89,7 @@ class SensorModel:
     reading_limit: float | None = None
     resolution: float = 0.0
     touched_height: float | None = None
+    seen: ca.Function | None = None
     dropout_fraction: float = 0.0
     huber: float | None = None
     gate_probability: float | None = None
@@ -95,6 +99,7 @@ class SensorModel:
     sees_pose: bool = False
     feels_gravity: bool = False
     reads_rate: bool = False
+    is_disturbed: bool = False
     is_derived: bool = False
     rest: RestRule | None = None
 

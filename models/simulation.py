@@ -3,10 +3,10 @@
     y = clip(round_Δ(h(x) + v)),   v ~ N(0, σ²),   σ = density √(π/2 · bandwidth)
 
 for inertial sensors; a camera's noise turns its residual, which is a rotation, and a
-contact reads its own height while the tip touches. The truth is a motion with biases
-that start from the prior's spread and walk as the model says, or it is drawn from the
-model altogether. Every purpose has a stream of random numbers of its own,
-`models.random_streams`.
+contact reads its own height while the tip touches; there is no reading where a sensor does not
+see. The truth is a motion with biases that start from the prior's spread and walk as the model
+says, or it is drawn from the model altogether. Every purpose has a stream of random numbers of its
+own, `models.random_streams`.
 """
 
 from __future__ import annotations
@@ -236,6 +236,8 @@ def simulate_readings(
             u = None if inputs is None else inputs[rows]
             noisy = noisy_readings(sensor, states[rows], sensor.drawn_std * w, inputs=u)
             values = digitised(sensor, noisy)
+        if sensor.seen is not None:
+            values[sensor.seen(states[rows].T).full().ravel() < 0] = np.nan
         lost = stream(root, f"losses of {name}").random(len(rows)) < sensor.dropout_fraction
         values[lost] = np.nan
         sensors[name] = (instants, values)

@@ -1,7 +1,8 @@
 """Units as a table: a key or a column header ends in its unit.
 
-Inside the project everything is SI and radians. At the border a quantity may
-come in any unit of its row here; its name says which (``range_g``).
+Inside the project everything is SI and radians, a magnetic field in µT, which keeps its numbers
+near one. At the border a quantity may come in any unit of its row here; its name says which
+(``range_g``).
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
         "rad_s2": {"rad_s2": 1.0, "deg_s2": _DEG},
         "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
         "hz": {"hz": 1.0, "khz": 1e3},
+        "ut": {"ut": 1.0, "t": 1e6, "mt": 1e3, "nt": 1e-3, "gauss": 1e2, "mgauss": 0.1},
         "m_s2_per_sqrt_hz": {"m_s2_per_sqrt_hz": 1.0, "ug_per_sqrt_hz": 1e-6 * _G},
         "rad_s_per_sqrt_hz": {
             "rad_s_per_sqrt_hz": 1.0,
@@ -36,11 +38,14 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
         },
         "m_s2_per_sqrt_s": {"m_s2_per_sqrt_s": 1.0, "mg_per_sqrt_s": 1e-3 * _G},
         "rad_s_per_sqrt_s": {"rad_s_per_sqrt_s": 1.0, "deg_s_per_sqrt_s": _DEG},
+        "ut_per_sqrt_s": {"ut_per_sqrt_s": 1.0, "mgauss_per_sqrt_s": 0.1},
         "m_s3_per_sqrt_hz": {"m_s3_per_sqrt_hz": 1.0},
         "rad_s3_per_sqrt_hz": {"rad_s3_per_sqrt_hz": 1.0, "deg_s3_per_sqrt_hz": _DEG},
     }
 )
 """SI unit → the units accepted in its place, each with the factor to SI."""
+
+_READABLE: Mapping[str, str] = MappingProxyType({"ut": "µT"})
 
 
 @lru_cache(maxsize=1024)
@@ -56,9 +61,25 @@ def split_unit(name: str) -> tuple[str, str]:
 
 
 def readable_unit(unit: str) -> str:
-    """Write a unit of `UNITS` as people do: ``m_s2`` → ``m/s²``, ``rad_s`` → ``rad/s``."""
+    """Write a unit of `UNITS` as people do: ``m_s2`` → ``m/s²``, ``ut`` → ``µT``."""
     stem, _, per = unit.partition("_")
-    return f"{stem}/{per.replace('2', '²')}" if per in ("s", "s2") else unit
+    stem = _READABLE.get(stem, stem)
+    return f"{stem}/{per.replace('2', '²')}" if per in ("s", "s2") else stem if not per else unit
+
+
+def plain_unit(unit: str) -> str:
+    """Return the unit of `UNITS` that people write so (``m/s`` → ``m_s``), else the unit itself."""
+    return next((si for si in UNITS if unit in (si, readable_unit(si))), unit)
+
+
+def accepted_units(unit: str) -> Mapping[str, float]:
+    """Return the units that may stand in a unit's place, with factors; any other is alone."""
+    return UNITS.get(unit, {unit: 1.0})
+
+
+def with_unit(quantity: str, unit: str) -> str:
+    """Return the name of a quantity with its unit: ``accel_x_m_s2``."""
+    return f"{quantity}_{unit}" if unit else quantity
 
 
 def unit_ending(name: str) -> str:

@@ -14,6 +14,7 @@ from mhe.config import MheRtiConfig as MheRtiConfig
 from mhe.realtime import Mhe as Mhe
 from mhe.realtime import MheRti as MheRti
 from mhe.reference.ipopt import MheIpopt as MheIpopt
+from models.attached_sensor import with_sensor as with_sensor
 from models.bundled import bundled_pens as bundled_pens
 from models.differential import ode as ode
 from models.errors import InputError as InputError

@@ -10,6 +10,7 @@ import contextlib
 import io
 import re
 import runpy
+import tomllib
 from math import factorial
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,8 @@ from mhe.scheme import TOLERANCE
 from models.arrays import Array
 from models.own_models import own_model
 from models.pen import pen_model
+from models.pen_file import load_pen, parse_pen
+from models.pen_quantities import PenQuantities
 from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import LEAST_SQUARES, create_estimator, settings_read
@@ -162,6 +165,25 @@ def test_a_looser_tolerance_than_the_default_leaves_the_optimum_by_more_than_a_m
     ]
     assert script["TOLERANCES"][0] == TOLERANCE
     assert apart[0].max() < 1e-6 < apart[1].max()
+
+
+def test_the_page_of_own_sensors_runs() -> None:
+    page, names = EXAMPLE.with_name("own_sensors.md"), dict[str, Any]()
+    for block in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
+        exec(compile(block, str(page), "exec"), names)
+    assert names["history"].solved_fraction == 1
+    assert names["seen"].by_motion["handwriting"].sees("tip_z_m")
+    told = re.findall(r"^\| (`.*?) \|", page.read_text("utf-8"), re.MULTILINE)
+    named = {name for row in told for name in re.findall(r"`(\w+)(?:\(place\))?`", row)}
+    assert named == {name for name in vars(PenQuantities) if not name.startswith("_")} - {"body"}
+
+
+def test_the_pen_file_of_the_page_of_sensors_is_one() -> None:
+    page = EXAMPLE.with_name("sensors.md").read_text("utf-8")
+    (block,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    sensors = parse_pen({"name": "p", **tomllib.loads(block)}).sensors
+    model = pen_model(load_pen("reference").model_copy(update={"sensors": sensors}), rest=False)
+    assert [sensor.name for sensor in model.sensors] == ["mag", "tablet", "area"]
 
 
 def test_the_page_of_own_models_runs() -> None:

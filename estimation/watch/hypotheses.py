@@ -33,7 +33,9 @@ class Causes:
 
     def __init__(self, model: StateSpaceModel, n_levels: int) -> None:
         sensors = list(enumerate(model.sensors))
-        self._with_bias = [i for i, s in sensors if s.bias_states]
+        self._suspects = [i for i, s in sensors if s.is_disturbed]
+        # A disturbance looks like a bias; freed, that would be believed while it lasts.
+        self._with_bias = [i for i, s in sensors if s.bias_states and not s.is_disturbed]
         self._inertial = [i for i, s in sensors if s.feels_gravity or s.reads_rate]
         self._others = [
             i for i, s in sensors if s.is_measured and not (s.feels_gravity or s.reads_rate)
@@ -62,6 +64,9 @@ class Causes:
         free = [i for i in self._with_bias if i in may_free and i not in out]
         others = [i for i in self._others if i not in out]
         starts = (False, True) if may_restart else (False,)
+        suspects = [i for i in self._suspects if i not in out]
+        if suspects and len(kept) + len(others) > 1:
+            yield [Hypothesis(out | {i}, frozenset(), level=level) for i in suspects]
         if level == 0:
             yield [Hypothesis(out, frozenset({i}), is_sudden=True) for i in free]
         for is_restart in starts:

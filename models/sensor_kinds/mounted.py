@@ -41,21 +41,21 @@ class SensorBase(UnitConfig):
         dropped, by estimators that have gates; None drops none
     usual_innovations : the largest of the statistics of innovations that a watch keeps, on most
         clean data: `estimation.watch.limits.USUAL`; None takes what chance explains
-    sees_position : whether the tip's position stays bounded with this sensor
     sees_pose : whether it reads position, m, and rotation vector, rad, of a target
     feels_gravity : whether it reads specific force, m/s², along its axes
     reads_rate : whether it reads angular rates, rad/s, about its axes
     reads_touch : whether it reads the height of a plane, and only while the tip touches it
     is_rest : whether it reads zero angular rate, and only while the body rests
+    is_disturbed : whether its surroundings disturb it often: a watch suspects it first
     is_mounted : whether it has a place and an orientation, as a `MountedSensor`
     """
 
-    sees_position: ClassVar[bool] = False
     sees_pose: ClassVar[bool] = False
     feels_gravity: ClassVar[bool] = False
     reads_rate: ClassVar[bool] = False
     reads_touch: ClassVar[bool] = False
     is_rest: ClassVar[bool] = False
+    is_disturbed: ClassVar[bool] = False
     is_mounted: ClassVar[bool] = False
     if TYPE_CHECKING:
         kind: str
@@ -84,6 +84,21 @@ class SensorBase(UnitConfig):
         ----------
         bias : the sensor's bias states, as many as `bias_states` names
         """
+
+    @property
+    def sees_position(self) -> bool:
+        """Whether the tip's position stays bounded with this sensor."""
+        return False
+
+    @property
+    def may_be_silent(self) -> bool:
+        """Whether a whole recording may have no reading of it, though it has its columns."""
+        return self.reads_touch or self.is_rest
+
+    @property
+    def field_strength(self) -> float | None:
+        """Strength of the magnetic field that it reads, µT; None for others."""
+        return None
 
     @property
     def place_m(self) -> Vector3 | None:

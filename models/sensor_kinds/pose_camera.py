@@ -19,11 +19,15 @@ class PoseCamera(MountedSensor):
     The rotation vector is that of the matrix from target axes to world axes.
     """
 
-    sees_position: ClassVar[bool] = True
     sees_pose: ClassVar[bool] = True
     kind: Literal["pose_camera"] = "pose_camera"
     position_std_m: PositiveFloat
     orientation_std_rad: PositiveFloat
+
+    @property
+    def sees_position(self) -> bool:
+        """It does, wherever the target is."""
+        return True
 
     @property
     def reading_axes(self) -> tuple[tuple[str, str], ...]:

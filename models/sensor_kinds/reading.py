@@ -30,6 +30,7 @@ class SymbolicReading:
     Parameters
     ----------
     h : (n_y,) expression of a reading without noise
+    seen : expression that is negative where there is no reading; None reads everywhere
     noise_std : (n_r,)
     row_units : (n_r,) units of the residual's rows; those of the axes where it is None
     residual : takes y (n_y,) and returns (n_r,); y - h where it is None
@@ -44,6 +45,7 @@ class SymbolicReading:
     touched_height: float | None = None
     rest: RestRule | None = None
     row_units: tuple[str, ...] | None = None
+    seen: ca.SX | None = None
 
 
 @dataclass(frozen=True)

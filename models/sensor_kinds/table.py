@@ -12,17 +12,21 @@ from pydantic import Field
 from models.sensor_kinds.accelerometer import Accelerometer
 from models.sensor_kinds.contact import Contact
 from models.sensor_kinds.gyroscope import Gyroscope
+from models.sensor_kinds.magnetometer import Magnetometer
 from models.sensor_kinds.mounted import SensorBase
 from models.sensor_kinds.pose_camera import PoseCamera
 from models.sensor_kinds.reading import MovingBody
 from models.sensor_kinds.rest import Rest
+from models.sensor_kinds.tip_position import TipPosition
 from models.sensor_kinds.writing_area import WritingArea
 from models.sensor_model import SensorModel
 
 KINDS: tuple[type[SensorBase], ...] = (
     Accelerometer,
     Gyroscope,
+    Magnetometer,
     PoseCamera,
+    TipPosition,
     Contact,
     WritingArea,
     Rest,
@@ -73,6 +77,7 @@ def sensor_model(
         reading_limit=reading.reading_limit,
         resolution=reading.resolution,
         touched_height=reading.touched_height,
+        seen=None if reading.seen is None else ca.Function(f"seen_{name}", [x], [reading.seen]),
         dropout_fraction=sensor.dropout_fraction,
         huber=sensor.huber,
         gate_probability=sensor.gate_probability,
@@ -82,6 +87,7 @@ def sensor_model(
         sees_pose=sensor.sees_pose,
         feels_gravity=sensor.feels_gravity,
         reads_rate=sensor.reads_rate,
+        is_disturbed=sensor.is_disturbed,
         is_derived=sensor.is_rest,
         rest=reading.rest,
     )

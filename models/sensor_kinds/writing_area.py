@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
 import casadi as ca
 import numpy as np
@@ -19,11 +19,15 @@ class WritingArea(SensorBase):
     else does; a larger `std_m` binds the tip less.
     """
 
-    sees_position: ClassVar[bool] = True
     kind: Literal["writing_area"] = "writing_area"
     centre_m: Vector3 = (0.0, 0.0, 0.0)
     std_m: PositiveFloat = 1.0
     rate_hz: PositiveFloat | None = 100.0
+
+    @property
+    def sees_position(self) -> bool:
+        """It bounds it, weakly."""
+        return True
 
     @property
     def place_m(self) -> Vector3:

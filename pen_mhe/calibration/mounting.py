@@ -117,6 +117,11 @@ class MountedBody:
         return ca.vertcat(tip[:2], tip[2] - rise)
 
     @property
+    def tip_velocity(self) -> ca.SX:
+        """World velocity (3,) of the tip."""
+        return self.rigid.tip_velocity
+
+    @property
     def world_to_body(self) -> ca.SX:
         """B (3, 3) of a frame."""
         return self.seen.world_to_body

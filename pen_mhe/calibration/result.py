@@ -11,9 +11,9 @@ import numpy as np
 
 from models.errors import InputError
 from models.pen_config import PenConfig
-from models.version import version
 from pen_mhe.calibration.allan import EXTRA
 from pen_mhe.calibration.gravity import different_poses
+from pen_mhe.calibration.noted import number_table, with_numbers
 from pen_mhe.calibration.sensor_result import CalibratedNumber, CalibratedSensor
 from pen_mhe.calibration.stills import Stills
 from pen_mhe.tuning.new_pen_file import NewPenFile
@@ -64,13 +64,7 @@ class StillCalibration(NewPenFile):
     @property
     def table(self) -> pd.DataFrame:
         """A row per number: value, deviation, unit."""
-        import pandas as pd
-
-        index = pd.MultiIndex.from_tuples(
-            [(n.sensor, n.quantity) for n in self.numbers], names=["sensor", "quantity"]
-        )
-        rows = [(n.value, n.std, n.unit) for n in self.numbers]
-        return pd.DataFrame(rows, index=index, columns=["value", "std", "unit"])
+        return number_table(self.numbers)
 
     def sentences(self) -> list[str]:
         """Return what was still, how well gravity fits, and what is not known."""
@@ -117,16 +111,14 @@ class StillCalibration(NewPenFile):
         if not self.values:
             reason = "it is below the resolution" if self.has_noise else NEEDED
             raise InputError(f"{self.find}: nothing was found, {reason}; expected --find bias")
-        # An older note keeps what is not found anew.
-        anew = tuple(f"#   {n.sensor} {n.quantity}: " for n in self.numbers)
-        kept = [line for line in text.lines if not line.startswith(anew)]
-        text = PenText("\n".join(kept), text.where)
-        note = [f"still poses set these numbers (pen-mhe {version()}):", f"  {self.command}"]
-        note += [
-            f"  {n.sensor} {n.quantity}: {n.value:.6g} ± {n.std:.2g} {n.unit}".rstrip()
-            for n in self.numbers
-        ]
-        return text.replaced(self.values, self.pen, note)
+        return with_numbers(
+            text,
+            self.numbers,
+            self.values,
+            self.pen,
+            title="still poses set these numbers",
+            command=self.command,
+        )
 
     def __repr__(self) -> str:
         return "\n\n".join([self.table.to_string(float_format="{:.5g}".format), *self.sentences()])

@@ -14,7 +14,7 @@ from models.sensor_kinds.inertial import InertialSensor, sample_noise_std
 from models.sensor_model import quantiser_variance
 from models.units import shown
 from pen_mhe.calibration.allan import NoiseLevels
-from pen_mhe.calibration.gravity import N_BIAS, PARAMETERS, GravityFit
+from pen_mhe.calibration.length import N_BIAS, PARAMETERS, LengthFit
 from pen_mhe.calibration.rate import RateFit
 from pen_mhe.tuning.parameters import SENSORS, Parameter
 
@@ -49,7 +49,7 @@ class CalibratedSensor:
 
     name: str
     sensor: InertialSensor
-    gravity: GravityFit | None
+    gravity: LengthFit | None
     rate: RateFit | None
     noise: NoiseLevels | None
     rate_hz: float

@@ -19,7 +19,8 @@ from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen, pen_name
 from models.sensor_kinds.inertial import InertialSensor
 from pen_mhe.calibration.allan import NoiseLevels, allan_curve, has_library, noise_levels
-from pen_mhe.calibration.gravity import COUNTS, GravityFit, fit_gravity
+from pen_mhe.calibration.gravity import COUNTS, fit_gravity
+from pen_mhe.calibration.length import LengthFit
 from pen_mhe.calibration.rate import RateFit, fit_rate
 from pen_mhe.calibration.result import StillCalibration
 from pen_mhe.calibration.sensor_result import CalibratedSensor
@@ -142,7 +143,7 @@ def mean_variances(stills: Sequence[Still], name: str, floor_std: float) -> Arra
 
 def _gravity(
     name: str, sensor: InertialSensor, stills: Sequence[Still], pen: PenConfig, find: str
-) -> GravityFit | None:
+) -> LengthFit | None:
     if not COUNTS[find]:
         return None
     if sorted(sensor.axes) != ["x", "y", "z"]:

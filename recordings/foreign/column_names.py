@@ -54,7 +54,7 @@ KIND_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "accel", "acc", "accelero", "accelerations", "beschleunigung", "beschl",
             "specific force", "aceleracion", "accelerazione", "accelerometre", "xl", "a",
         ),
-        POSITION: ("position", "pos", "translation", "p", "tip position"),
+        POSITION: ("tip position", "position", "pos", "translation", "tip", "stylus", "p"),
     }
 )  # fmt: skip
 """Kind → words for it; of several that fit a header, the first row counts, and longer words."""
@@ -80,9 +80,16 @@ _NO_TIME = spelt_words(
     "zone timezone step delta dt diff offset accuracy name count counter duration"
 )
 KIND_OF_SI: Mapping[str, str] = MappingProxyType(
-    {"m_s2": ACCELEROMETER, "rad_s": GYROSCOPE, "t": MAGNETOMETER}
+    {"m_s2": ACCELEROMETER, "rad_s": GYROSCOPE, "ut": MAGNETOMETER}
 )
 """What a reading with an axis is of, where its unit says it and its words do not."""
+_SPELT_ALIKE: Mapping[str, Mapping[str, str]] = MappingProxyType(
+    {
+        GYROSCOPE: {name: f"{name}_s" for name in ("rad", "deg")},
+        MAGNETOMETER: {"g": "gauss", "mg": "mgauss"},
+    }
+)
+"""Kind → a unit's name → the one that is meant of it: rates, and gauss for G."""
 _GLUED = re.compile(r"^(.+?)([xyz])(\d*)$|^([xyz])([a-z]+)$")
 
 
@@ -134,12 +141,18 @@ def meaning(header: str, context: str = "") -> Meaning | None:
     if found is None:
         return None
     kind, label = found
-    axis = QUATERNION[axes[0]]
+    axis, unit = QUATERNION[axes[0]], unit_of_kind(kind, unit)
     if unit is not None:
         kind = KIND_OF_SI.get(unit.si, kind)
     if kind == ATTITUDE or axis in AXIS_OF:
-        return Meaning(kind, " ".join(label), axis, _rate(unit) if kind == GYROSCOPE else unit)
+        return Meaning(kind, " ".join(label), axis, unit)
     return None
+
+
+def unit_of_kind(kind: str, unit: Unit | None) -> Unit | None:
+    """Return the unit that is meant of a kind: mG is no acceleration of a magnetometer."""
+    meant = "" if unit is None else _SPELT_ALIKE.get(kind, {}).get(unit.name, "")
+    return KNOWN_UNITS.get(meant, unit)
 
 
 def kind_of_words(text: str) -> str | None:
@@ -176,11 +189,6 @@ def _unglued(word: str) -> list[str]:
     if first is not None:
         return [after, first] if after in _ALL_WORDS else [word]
     return [before, axis, *([number] if number else [])] if before in _ALL_WORDS else [word]
-
-
-def _rate(unit: Unit | None) -> Unit | None:
-    """Return rad/s for rad, and deg/s for deg: a gyroscope reads rates."""
-    return unit and KNOWN_UNITS.get(f"{unit.name}_s", unit) if unit and unit.si == "rad" else unit
 
 
 def _kind(words: list[str]) -> tuple[str, list[str]] | None:

@@ -1,4 +1,4 @@
-"""The unit of inertial readings without one: from gravity, and from how fast it turns.
+"""The unit of readings without one: from gravity, how fast it turns, and the Earth's field.
 
 Of an accelerometer the median of |f| is near gravity in one unit, or in counts of one of the
 common ranges. Of a gyroscope `recordings.turn_factor.turn_factor` fits how much faster its
@@ -26,6 +26,8 @@ WITHIN = 2.0
 COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 256)
 """Of 16 bits at 2, 4, 8, 16 g; 1024 and 256 are common of older chips."""
 COUNTS_WITHIN = 1.2
+FIELDS, FIELD_WITHIN = ("ut", "gauss", "mgauss", "nt", "t"), 2.5
+"""Units of magnetometers, and how far from the Earth's strength the median may lie in one."""
 COUNTS_PER_DEG_S = (131.0, 65.5, 32.8, 16.4)
 """Of 16 bits at 250, 500, 1000, 2000 deg/s, InvenSense's and Bosch's; the hand's own acceleration
 hides the eighth by which ST's are fewer."""
@@ -64,6 +66,26 @@ def acceleration_unit(values: Array) -> FoundUnit | None:
             Unit(f"counts of 1/{counts} g", "m_s2", STANDARD_GRAVITY_M_S2 / counts), why
         )
     return None
+
+
+def field_unit(values: Array, strength_ut: float) -> FoundUnit | None:
+    """Return the unit in which the median of a magnetic field's norm is nearest its strength.
+
+    Iron in the pen may add as much again; units are ten times apart.
+
+    Parameters
+    ----------
+    values : (n, 3) as they stand in the file
+    """
+    norms = np.linalg.norm(values, axis=1)
+    norms = norms[np.isfinite(norms)]
+    median = float(np.median(norms)) if len(norms) else 0.0
+    if median <= 0:
+        return None
+    off = {name: abs(math.log(median * KNOWN_UNITS[name].factor / strength_ut)) for name in FIELDS}
+    best = min(off, key=lambda name: off[name])
+    why = f"the median of its norm is {median:.4g}"
+    return FoundUnit(KNOWN_UNITS[best], why) if off[best] <= math.log(FIELD_WITHIN) else None
 
 
 def rate_unit(

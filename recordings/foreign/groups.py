@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,18 @@ from models.names import unknown
 from models.pen_config import PenConfig
 from models.plain_names import plain_name
 from models.shown_text import short
-from recordings.foreign.column_names import ATTITUDE, POSITION, kind_of_words, meaning
+from recordings.foreign.column_names import (
+    ATTITUDE,
+    POSITION,
+    kind_of_words,
+    meaning,
+    unit_of_kind,
+)
 from recordings.foreign.header_units import KNOWN_UNITS, Unit, split_header
 from recordings.foreign.source_table import SourceTable
 from recordings.formats.columns import ARRIVAL, TIME, TRUTH_PREFIX, Column, numbers
 
-POSE = "pose_camera"
+POSE, TIP = "pose_camera", "tip_position"
 POSE_AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
 """Of a position and a quaternion, which becomes a rotation vector."""
 TURNS = ("rx", "ry", "rz")
@@ -158,7 +164,7 @@ def groups_of(
             axes.setdefault(told.axis, header)
             written.append(told.unit)
     for (kind, label), (headers, written) in found.items():
-        if set("xyz") <= set(headers) or (len(headers) < 3 and kind not in (POSITION, ATTITUDE)):
+        if set("xyz") <= set(headers) or (len(headers) < 3 and kind != ATTITUDE):
             unit = written[0] if len(set(written)) == 1 else None
             ordered = {axis: headers[axis] for axis in "xyzw" if axis in headers}
             groups.append(Group(kind, label, table, ordered, unit))
@@ -176,19 +182,23 @@ def _own(
     """Return the group of columns that are called as a recording of the pen calls them."""
     if all(known[name].quantity == name for name in names.values()):
         return Group(kind, "", table, headers, None, sensor, known=known)  # no unit is written
-    units = {KNOWN_UNITS[known[name].unit] for name in names.values()}
+    units = {KNOWN_UNITS.get(known[name].unit) for name in names.values()}
     unit = units.pop() if len(units) == 1 else None
     return Group(kind, "", table, headers, unit, sensor, own=names, known=known)
 
 
 def with_poses(groups: Sequence[Group]) -> list[Group]:
-    """Join positions and quaternions of one label to poses; leave out those that are alone."""
+    """Join positions and quaternions of one label to poses; a position alone is a tip's."""
     joined = [group for group in groups if group.kind not in (POSITION, ATTITUDE)]
     for place in (group for group in groups if group.kind == POSITION):
-        for turn in (group for group in groups if group.kind == ATTITUDE):
-            if turn.table is place.table and turn.label == place.label and "w" in turn.headers:
-                headers = {**place.headers, **{f"q{a}": h for a, h in turn.headers.items()}}
-                joined.append(Group(POSE, place.label, place.table, headers, place.unit))
+        poses = [
+            {**place.headers, **{f"q{axis}": header for axis, header in turn.headers.items()}}
+            for turn in groups
+            if turn.kind == ATTITUDE and turn.table is place.table and turn.label == place.label
+            if "w" in turn.headers and len(place.headers) == 3
+        ]
+        joined += [replace(place, kind=POSE, headers=headers) for headers in poses]
+        joined += [] if poses else [replace(place, kind=TIP)]
     return joined
 
 
@@ -217,7 +227,7 @@ def _asked(table: SourceTable, pen: PenConfig, name: str, names: Sequence[str]) 
         )
     headers = dict(zip(axes, names, strict=True))
     units = {split_header(header)[1] for header in names}
-    unit = units.pop() if len(units) == 1 else None
+    unit = unit_of_kind(kind, units.pop()) if len(units) == 1 else None
     return Group(kind, "", table, headers, unit, None if config is None else name)
 
 

@@ -39,17 +39,12 @@ _MORE = (
     Unit("ns", "s", 1e-9),
     Unit("100ns", "s", 1e-7),
     Unit("100us", "s", 1e-4),
-    Unit("ut", "t", 1e-6),
-    Unit("mt", "t", 1e-3),
-    Unit("nt", "t", 1e-9),
-    Unit("gauss", "t", 1e-4),
-    Unit("mgauss", "t", 1e-7),
     COUNTS,
 )
 KNOWN_UNITS: Mapping[str, Unit] = MappingProxyType(
     {
         unit.name: unit
-        for si in ("m", "m_s2", "rad", "rad_s", "s")
+        for si in ("m", "m_s2", "rad", "rad_s", "s", "ut")
         for unit in (Unit(name, si, factor) for name, factor in UNITS[si].items())
     }
     | {unit.name: unit for unit in _MORE}
@@ -77,17 +72,20 @@ _SPELLINGS: Mapping[str, str] = MappingProxyType(
         "mm": "mm",
         "rad": "rad radian radians",
         "deg": "deg degree degrees",
+        "t": "tesla",
         "ut": "ut microtesla utesla",
-        "mt": "mt",
-        "nt": "nt",
+        "mt": "mt millitesla",
+        "nt": "nt nanotesla",
         "gauss": "gauss ga gs",
-        "mgauss": "mgauss mgs",
+        "mgauss": "mgauss mgs milligauss",
         "counts": "lsb lsbs raw count counts digits",
     }
 )
 _BY_SPELLING: Mapping[str, str] = MappingProxyType(
     {word: name for name, words in reversed(list(_SPELLINGS.items())) for word in words.split()}
 )
+_ONLY_IN_BRACKETS: Mapping[str, str] = MappingProxyType({"T": "t"})
+"""A word of its own is a name for times."""
 _CHARACTERS = str.maketrans("²µμ−⁻¹", "2uu--1", "·*^ ()")
 _DEGREES = str.maketrans({"°": "deg", "º": "deg", "˚": "deg"})
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\)|\s[iI]n\s+(\S+)\s*$")
@@ -114,7 +112,8 @@ def split_header(header: str) -> tuple[str, Unit | None]:
     alone is a name: ``g``, ``ms``.
     """
     for found in _BRACKETS.finditer(header):
-        unit = unit_of(next(part for part in found.groups() if part is not None))
+        written = next(part for part in found.groups() if part is not None).strip()
+        unit = KNOWN_UNITS.get(_ONLY_IN_BRACKETS.get(written, "")) or unit_of(written)
         if unit is not None:
             return (header[: found.start()] + " " + header[found.end() :]).strip(), unit
     words = words_of(header)

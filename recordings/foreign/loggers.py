@@ -9,14 +9,20 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from recordings.foreign.column_names import ACCELEROMETER, GRAVITY, GYROSCOPE, LINEAR
+from recordings.foreign.column_names import (
+    ACCELEROMETER,
+    GRAVITY,
+    GYROSCOPE,
+    LINEAR,
+    MAGNETOMETER,
+)
 from recordings.foreign.source_table import SourceTable
 
 _SI: Mapping[str, str] = {
-    ACCELEROMETER: "m_s2", LINEAR: "m_s2", GRAVITY: "m_s2", GYROSCOPE: "rad_s"
+    ACCELEROMETER: "m_s2", LINEAR: "m_s2", GRAVITY: "m_s2", GYROSCOPE: "rad_s", MAGNETOMETER: "ut"
 }  # fmt: skip
 _APPLE: Mapping[str, str] = {
-    ACCELEROMETER: "g", LINEAR: "g", GRAVITY: "g", GYROSCOPE: "rad_s"
+    ACCELEROMETER: "g", LINEAR: "g", GRAVITY: "g", GYROSCOPE: "rad_s", MAGNETOMETER: "ut"
 }  # fmt: skip
 
 
@@ -60,8 +66,8 @@ LOGGERS: tuple[Logger, ...] = (
     ),
     Logger(
         "ROS", r"linear_acceleration|angular_velocity",
-        {LINEAR: "m_s2", ACCELEROMETER: "m_s2", GYROSCOPE: "rad_s"}, 1.0,
-        "sensor_msgs/Imu: m/s2 with gravity, rad/s",
+        {LINEAR: "m_s2", ACCELEROMETER: "m_s2", GYROSCOPE: "rad_s", MAGNETOMETER: "t"}, 1.0,
+        "sensor_msgs/Imu: m/s2 with gravity, rad/s; sensor_msgs/MagneticField: T",
     ),
     Logger("ArduPilot", r"TimeUS.*(AccX|GyrX)|(AccX|GyrX).*TimeUS", _SI, 1.0, "log message IMU"),
     Logger("PX4", r"accelerometer_m_s2\[0\]|gyro_rad\[0\]", _SI, 1.0, "sensor_combined.msg"),

@@ -18,6 +18,7 @@ from recordings.foreign.column_names import ACCELEROMETER, GRAVITY, LINEAR
 from recordings.foreign.found_units import WITHIN, acceleration_unit
 from recordings.foreign.groups import Group
 from recordings.foreign.header_units import words_of
+from recordings.foreign.pairing import paired
 from recordings.plausible_units import spread
 
 
@@ -47,7 +48,7 @@ def matched(groups: Sequence[Group], pen: PenConfig) -> Matched:
         candidates = _candidates(open_groups, kind)
         if not free or not candidates:
             continue
-        taken = _paired(free, candidates, sensors)
+        taken = paired(free, candidates, sensors)
         if len(candidates) > len(taken):
             left = [g for g in candidates if g not in taken.values()]
             said.append(
@@ -114,30 +115,3 @@ def _feels(group: Group) -> bool:
     norms = np.linalg.norm(values, axis=1) * group.unit.factor
     median = float(np.nanmedian(norms))
     return abs(math.log(median / STANDARD_GRAVITY_M_S2)) <= math.log(WITHIN)
-
-
-def _paired(
-    free: Sequence[str], candidates: Sequence[Group], taken: Mapping[str, Group]
-) -> dict[str, Group]:
-    """Return sensor → group: by words that both have; one by itself; several in their order."""
-    if len(candidates) == len(free):
-        by_words = {n: g for n in free for g in candidates if g.label and _alike(n, g)}
-        if len(by_words) == len(free) == len({id(g) for g in by_words.values()}):
-            return by_words
-        return dict(zip(free, candidates, strict=True))
-    found: dict[str, Group] = {}
-    for name in free:
-        fit = [g for g in candidates if g.label and _alike(name, g) and g not in found.values()]
-        if fit:
-            found[name] = fit[0]
-    if found or (taken and any(g.kind == candidates[0].kind for g in taken.values())):
-        return found
-    tables = {id(g.table): g.label for g in taken.values()}
-    # A gyroscope of the chip whose accelerometer was taken.
-    beside = [g for g in candidates if tables.get(id(g.table)) == g.label]
-    return {free[0]: (beside or sorted(candidates, key=lambda g: len(g.label)))[0]}
-
-
-def _alike(name: str, group: Group) -> bool:
-    own = set(words_of(name)) - {"accel", "gyro", "acc", "gyr"}
-    return bool(own & set(words_of(group.label)))

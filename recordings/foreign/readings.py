@@ -64,7 +64,7 @@ def recording_of_clock(
             if missing.any():
                 of_all = f"{int(missing.sum())} of {len(values)} rows"
                 told.notes.append(f"{sensor}: {of_all} without a whole reading")
-        elif config.reads_touch or config.is_rest:
+        elif config.may_be_silent:
             told.notes.append(f"{sensor} has no reading, left out")
         else:
             raise InputError(

@@ -14,17 +14,21 @@ from models.pen_config import PenConfig
 from models.shown_text import short
 from models.units import UNITS
 from recordings.foreign.clocks import Clock
-from recordings.foreign.found_units import acceleration_unit, rate_unit
-from recordings.foreign.groups import POSE, Group
+from recordings.foreign.found_units import acceleration_unit, field_unit, rate_unit
+from recordings.foreign.groups import POSE, TIP, Group
 from recordings.foreign.header_units import KNOWN_UNITS, Unit
 from recordings.foreign.loggers import Logger
+from recordings.foreign.pairing import same_chip
 from recordings.foreign.units_asked import unit_asked
 from recordings.formats.columns import TIME
 from recordings.plausible_units import spread
 
 LARGEST_POSITION_M = 20.0
 """Positions beyond this, without a unit, are millimetres."""
+LARGEST_WRITING_M = 1.0
+"""A tip that moves over more than this, without a unit, does so in millimetres."""
 _Readings = tuple[Array, Array]
+_Force = tuple[Group, _Readings, str]
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,7 @@ def scales_of(
         of an accelerometer.
     """
     scales: dict[str, Scale] = {}
-    force: tuple[_Readings, str] | None = None
+    forces: list[_Force] = []
     every = [(clock, sensor, group) for clock in clocks for sensor, group in clock.groups.items()]
     for clock, sensor, group in sorted(every, key=lambda one: pen.sensors[one[1]].reads_rate):
         config = pen.sensors[sensor]
@@ -92,14 +96,22 @@ def scales_of(
         read = clock.mended.time_s[rows][complete] + clock.origin_s, values[complete]
         if config.feels_gravity:
             scales[sensor] = _force_scale(group, read[1], asked or written, logger)
-            if len(axes) == 3 and force is None:
-                force = read, scales[sensor].unit.name
+            if len(axes) == 3:
+                forces.append((group, read, scales[sensor].unit.name))
         elif config.reads_rate:
-            scales[sensor] = asked or written or _rate_scale(group, read, force, logger)
+            scales[sensor] = asked or written or _rate_scale(group, read, forces, logger)
+        elif config.field_strength is not None:
+            strength = config.field_strength
+            scales[sensor] = asked or written or _field_scale(group, read[1], strength, logger)
         elif group.kind == POSE:
-            scales[sensor] = asked or written or _position_scale(read[1])
+            far = np.abs(read[1][:, :3]).max(initial=0.0) > LARGEST_POSITION_M
+            scales[sensor] = asked or written or _position_scale(bool(far))
+        elif group.kind == TIP:
+            wide = len(read[1]) > 0 and np.ptp(read[1], axis=0).max() > LARGEST_WRITING_M
+            scales[sensor] = asked or written or _position_scale(bool(wide))
         else:
-            scales[sensor] = asked or written or Scale(KNOWN_UNITS[si], "assumed")
+            unit = KNOWN_UNITS.get(si, Unit(si, si, 1.0))
+            scales[sensor] = asked or written or Scale(unit, "assumed")
     return scales
 
 
@@ -129,11 +141,12 @@ def _force_scale(group: Group, values: Array, given: Scale | None, logger: Logge
 
 
 def _rate_scale(
-    group: Group, read: _Readings, force: tuple[_Readings, str] | None, logger: Logger | None
+    group: Group, read: _Readings, forces: Sequence[_Force], logger: Logger | None
 ) -> Scale:
     found = None
     if read[1].shape[1] == 3:
-        of_force, force_unit = (None, "") if force is None else force
+        beside = [force for force in forces if same_chip(force[0], group)] or forces
+        _, of_force, force_unit = beside[0] if beside else (group, None, "")
         found = rate_unit(*read, of_force, force_unit=force_unit)
     is_sure = found is not None and found.why != "assumed"
     if not is_sure and logger is not None and group.kind in logger.units:
@@ -141,10 +154,18 @@ def _rate_scale(
     return Scale(KNOWN_UNITS["rad_s"], "assumed") if found is None else Scale(found.unit, found.why)
 
 
-def _position_scale(values: Array) -> Scale:
-    """Return metres, or millimetres for what is too far away."""
-    far = float(np.abs(values[:, :3]).max(initial=0.0)) > LARGEST_POSITION_M
-    return Scale(KNOWN_UNITS["mm" if far else "m"], "assumed by how large they are")
+def _field_scale(group: Group, values: Array, strength_ut: float, logger: Logger | None) -> Scale:
+    found = field_unit(values, strength_ut) if values.shape[1] == 3 else None
+    if found is not None:
+        return Scale(found.unit, found.why)
+    if logger is not None and group.kind in logger.units:
+        return Scale(KNOWN_UNITS[logger.units[group.kind]], f"as {logger.name} writes")
+    return Scale(KNOWN_UNITS["ut"], "assumed")
+
+
+def _position_scale(is_large: bool) -> Scale:
+    """Return metres, or millimetres for what is too large for them."""
+    return Scale(KNOWN_UNITS["mm" if is_large else "m"], "assumed by how large they are")
 
 
 def _signed(scale: Scale, sign: float) -> Scale:

@@ -7,6 +7,7 @@ import re
 
 from models.errors import InputError
 from models.names import did_you_mean
+from recordings.foreign.column_names import KIND_OF_SI, unit_of_kind
 from recordings.foreign.header_units import KNOWN_UNITS, Unit, unit_of
 
 _SCALED = re.compile(r"(?:(?P<times>[\d.eE+-]+)\*)?(?P<unit>[^*]+?)(?:/(?P<per>[\d.eE+-]+))?")
@@ -28,7 +29,7 @@ def unit_asked(text: str, si: str, where: str) -> Unit:
     found = _SCALED.fullmatch(text.strip())
     known = [name for name, unit in KNOWN_UNITS.items() if unit.si == si]
     name = "" if found is None else found["unit"].strip()
-    unit = KNOWN_UNITS.get(name) or unit_of(name)
+    unit = unit_of_kind(KIND_OF_SI.get(si, ""), KNOWN_UNITS.get(name) or unit_of(name))
     if found is None or unit is None or unit.si != si:
         raise InputError(
             f"{where} is unknown, expected {' or '.join(known)}, or counts like {known[-1]}/16384"

@@ -21,7 +21,7 @@ from models.names import did_you_mean
 from models.pen_config import PenConfig
 from models.shown_text import value_text
 from models.true_path import TRUE_NAMES
-from models.units import TIME_DIGITS, UNITS, accepted_names
+from models.units import TIME_DIGITS, UNITS, accepted_names, accepted_units, with_unit
 
 TIME, TRUTH_PREFIX, ARRIVAL = "time", "true_", "arrival"
 
@@ -55,9 +55,9 @@ def recording_columns(pen: PenConfig, units: Mapping[str, str]) -> dict[str, Col
     for sensor, config in pen.sensors.items():
         states += config.bias_states(sensor).names
         for axis, si_unit in config.reading_axes:
-            quantity, accepted = f"{sensor}_{axis}", UNITS[si_unit]
+            quantity, accepted = f"{sensor}_{axis}", accepted_units(si_unit)
             for unit, factor in accepted.items():
-                columns[f"{quantity}_{unit}"] = Column(quantity, unit, factor)
+                columns[with_unit(quantity, unit)] = Column(quantity, unit, factor)
             unit = units.get(sensor, si_unit)
             unit = unit if unit in accepted else si_unit
             columns[quantity] = Column(quantity, unit, accepted[unit])
@@ -120,7 +120,7 @@ def check_units_given(
                 f"{where}: a unit is given for {sensor}, expected columns of it "
                 "without a unit in their header"
             )
-        accepted = [u for si_unit in dict.fromkeys(u for _, u in axes) for u in UNITS[si_unit]]
+        accepted = [u for si in dict.fromkeys(u for _, u in axes) for u in accepted_units(si)]
         if unit not in accepted:
             raise InputError(
                 f"{where}: unit {unit} of {sensor} is unknown, expected {' or '.join(accepted)}"

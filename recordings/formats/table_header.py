@@ -125,7 +125,7 @@ class TableHeader:
         silent = {
             sensor: [i for i, h in enumerate(self.headers) if self.columns[h].quantity in axes]
             for sensor, axes in self.sensors.items()
-            if pen.sensors[sensor].reads_touch or pen.sensors[sensor].is_rest
+            if pen.sensors[sensor].may_be_silent
         }
         for table in tables if silent else ():
             for sensor, columns in list(silent.items()):

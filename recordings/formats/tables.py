@@ -29,6 +29,7 @@ from models.arrays import Array
 from models.border import reading
 from models.errors import InputError
 from models.pen_config import PenConfig
+from models.units import with_unit
 from recordings.formats.arrow import own_columns, read_arrow
 from recordings.formats.columns import (
     ARRIVAL,
@@ -142,7 +143,7 @@ def recording_to_table(recording: Recording, pen: PenConfig) -> pd.DataFrame:
     columns: dict[str, Array] = {"time_s": recording.time_s}
     for sensor, values in recording.readings.items():
         for i, (axis, unit) in enumerate(pen.sensors[sensor].reading_axes):
-            columns[f"{sensor}_{axis}_{unit}"] = values[:, i]
+            columns[with_unit(f"{sensor}_{axis}", unit)] = values[:, i]
     columns |= {f"{sensor}_{ARRIVAL}_s": at for sensor, at in recording.arrivals.items()}
     if recording.truth is not None:
         # The truth may be given at more instants than the readings.

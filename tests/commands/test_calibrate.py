@@ -156,7 +156,7 @@ def test_the_pen_file_is_no_output(written: Written, pen: Path) -> None:
 
 def test_its_commands_are_named_and_helped_with() -> None:
     assert (
-        "command stil is unknown, expected one of still, camera; did you mean still?"
+        "command stil is unknown, expected one of still, magnetometer, camera; did you mean still?"
         in run("stil").stderr
     )
     assert "still" in run("--help").stdout

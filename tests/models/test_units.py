@@ -41,6 +41,8 @@ WORTH = {
     "rad_s2": 1, "deg_s2": TURN / 360,
     "s": 1, "ms": 1 / 1000, "us": 1 / 1_000_000,
     "hz": 1, "khz": 1000,
+    "ut": 1, "t": 1_000_000, "mt": 1000, "nt": 1 / 1000, "gauss": 100, "mgauss": 1 / 10,
+    "ut_per_sqrt_s": 1, "mgauss_per_sqrt_s": 1 / 10,
     "m_s2_per_sqrt_hz": 1, "ug_per_sqrt_hz": G / 1_000_000,
     "rad_s_per_sqrt_hz": 1, "deg_s_per_sqrt_hz": TURN / 360, "mdeg_s_per_sqrt_hz": TURN / 360_000,
     "m_s2_per_sqrt_s": 1, "mg_per_sqrt_s": G / 1000,
@@ -48,7 +50,7 @@ WORTH = {
     "m_s3_per_sqrt_hz": 1,
     "rad_s3_per_sqrt_hz": 1, "deg_s3_per_sqrt_hz": TURN / 360,
 }  # fmt: skip
-"""What one of each unit is in SI, written down a second time."""
+"""What one of each unit is in SI (a field in µT), written down a second time."""
 
 
 def test_every_unit_is_worth_what_it_says() -> None:
@@ -133,5 +135,5 @@ def test_configurations_are_frozen(config: Any) -> None:
 
 
 def test_units_as_people_write_them() -> None:
-    pairs = {"m_s2": "m/s²", "rad_s": "rad/s", "rad_s2": "rad/s²", "m": "m", "rad": "rad"}
+    pairs = {"m_s2": "m/s²", "rad_s": "rad/s", "rad_s2": "rad/s²", "m": "m", "ut": "µT"}
     assert {unit: readable_unit(unit) for unit in pairs} == pairs

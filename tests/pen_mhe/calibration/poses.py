@@ -42,7 +42,7 @@ class BoardTruth:
 
     @property
     def parameters(self) -> Array:
-        """(9,) as `pen_mhe.calibration.gravity.PARAMETERS`; scales as their distance from 1."""
+        """(9,) as `pen_mhe.calibration.length.PARAMETERS`; scales as their distance from 1."""
         off = self.S - np.eye(3)
         return np.array([*self.bias, *np.diag(off), off[0, 1], off[0, 2], off[1, 2]])
 

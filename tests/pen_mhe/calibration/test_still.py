@@ -12,7 +12,8 @@ from models.bundled import bundled_pens
 from models.errors import InputError
 from models.motions import parse_motions
 from models.units import STANDARD_GRAVITY_M_S2
-from pen_mhe.calibration.gravity import COUNTS, fit_gravity, lengths
+from pen_mhe.calibration.gravity import COUNTS, fit_gravity
+from pen_mhe.calibration.length import lengths
 from pen_mhe.calibration.result import StillCalibration
 from pen_mhe.calibration.still import calibrate_still
 from recordings.formats.imu_array import read_imu_array
