@@ -34,7 +34,7 @@ test-wheel:
 
 # The site of README, docs and notebooks, from what is here: build/docs/index.html. A warning is an error.
 docs: $(STAMP)
-	rm -rf build/docs
+	rm -rf build/docs build/doctrees
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going \
 		--conf-dir docs/site --doctree-dir build/doctrees . build/docs
 
