@@ -19,9 +19,9 @@ ROOT = Path(__file__).resolve().parent.parent
 SITE = ROOT / "docs" / "site"
 """What builds the site of the docs: no page of it."""
 
-PAGES = tuple(
-    [ROOT / "README.md"]
-    + sorted(path for path in (ROOT / "docs").rglob("*.md") if SITE not in path.parents)
+PAGES = (
+    ROOT / "README.md",
+    *sorted(path for path in (ROOT / "docs").rglob("*.md") if SITE not in path.parents),
 )
 WORDS: Mapping[str, str] = MappingProxyType(
     {

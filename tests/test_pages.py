@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import re
 import shlex
@@ -18,7 +19,7 @@ import typer
 from commands.cli import app
 from models.pen_file import load_pen
 from tests import pages
-from tests.pages import PAGES, ROOT, WORDS, Block, blocks, inline_commands, of_language
+from tests.pages import INLINE, PAGES, ROOT, WORDS, Block, blocks, inline_commands, of_language
 
 LANGUAGES = {"python", "sh", "toml", "text"}
 DIRECTIVE = "{"
@@ -26,6 +27,8 @@ DIRECTIVE = "{"
 
 ELSEWHERE = frozenset(WORDS) - {"slow", "data", "pen"}
 """Words of blocks that no test runs."""
+
+NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 SHORTER = {
     "benchmark speed ": "benchmark speed --problems turntable_20 --windows 4 ",
@@ -105,7 +108,7 @@ def parse(words: list[str]) -> None:
     """
     command: Any = typer.main.get_command(app)
     context = command.make_context("pen-mhe", [], resilient_parsing=True)
-    if words[0] in {option for parameter in command.params for option in parameter.opts}:
+    if words[0] in {"--help", *(name for known in command.params for name in known.opts)}:
         return
     while hasattr(command, "commands"):
         context.resilient_parsing = False
@@ -116,8 +119,21 @@ def parse(words: list[str]) -> None:
         command.make_context("", list(words), parent=context.parent)
 
 
+def test_a_page_tells_of_every_word() -> None:
+    text = (ROOT / "docs" / "rooms.md").read_text("utf-8")
+    rows = re.findall(r"^\| `(\w+)` \| ([^|]+) \|$", text, re.MULTILINE)
+    assert [word for word, _ in rows] == list(WORDS)
+    assert {word for word, says in rows if "not run" in says or "a test" in says} == ELSEWHERE
+
+
 def written(page: Path) -> list[tuple[str, str]]:
-    """Return (where, command) of all commands of `pen-mhe` on a page."""
+    """Return (where, command) of all commands of `pen-mhe` on a page or in a notebook."""
+    if page.suffix == ".ipynb":
+        cells = json.loads(page.read_text("utf-8"))["cells"]
+        text = "\n".join("".join(c["source"]) for c in cells if c["cell_type"] == "markdown")
+        joined = text.replace("\\\n", " ")
+        found = re.findall(r"^(?: {4})?(pen-mhe .+)$", joined, re.M) + INLINE.findall(text)
+        return [(page.name, line) for line in found]
     found = [
         (str(block), line)
         for block in of_language(page, "sh")
@@ -127,7 +143,9 @@ def written(page: Path) -> list[tuple[str, str]]:
     return found + [(name_of(page), line) for line in inline_commands(page)]
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if written(page)], ids=name_of)
+@pytest.mark.parametrize(
+    "page", [page for page in (*PAGES, *NOTEBOOKS) if written(page)], ids=name_of
+)
 def test_commands_and_their_options_exist(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for where, line in written(page):
         words = shlex.split(line, comments=True)[1:]

@@ -1,4 +1,4 @@
-"""The site of the docs: every page is reached, every link leads somewhere, nothing comes from afar."""
+"""The site: every page is reached, every link leads somewhere, nothing comes from afar."""
 
 from __future__ import annotations
 
@@ -57,9 +57,7 @@ def anchors(page: Path) -> set[str]:
     return {words.replace(" ", "-") for words in plain}
 
 
-@pytest.mark.parametrize(
-    "page", [*PAGES, *NOTEBOOKS], ids=lambda page: str(page.relative_to(ROOT))
-)
+@pytest.mark.parametrize("page", [*PAGES, *NOTEBOOKS], ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page: Path) -> None:
     for link in LINK.findall(text_of(page)):
         if re.match(r"[a-z]+:", link):

@@ -15,7 +15,7 @@ import pen_mhe as pm  # noqa: E402
 
 project = "pen-mhe"
 release = version = pm.__version__
-copyright = "the authors of pen-mhe, MIT licence"  # noqa: A001
+copyright = "the authors of pen-mhe, MIT licence"
 root_doc = "docs/index"
 include_patterns = ["docs/**", "notebooks/*.ipynb"]
 exclude_patterns = [".*", "build", "dist", "results", "docs/site"]

@@ -23,10 +23,12 @@ HEADS = {
 
 
 def row(*cells: str) -> str:
+    """Return a row of a table."""
     return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
 
 
 def table(kind: str, rows: list[str]) -> list[str]:
+    """Return a table of one of `HEADS`."""
     head = HEADS[kind]
     return [row(*head), row(*("---" for _ in head)), *rows, ""]
 
@@ -55,6 +57,7 @@ def case_rows(suite: Suite, scope: Scope) -> list[str]:
 
 
 def claim_row(claim: Claim) -> str:
+    """Return the row of a claim: who says what, and by which criterion it is judged."""
     criterion = claim.criterion
     if claim.not_judged:
         criterion += f". Not judged: {claim.not_judged}"
@@ -87,6 +90,7 @@ class SuiteTables(SphinxDirective):
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
+        """Return the page's part."""
         try:
             lines = page_of(self.arguments[0])
         except InputError as error:
@@ -95,5 +99,6 @@ class SuiteTables(SphinxDirective):
 
 
 def setup(app: Any) -> dict[str, bool]:
+    """Make the directive known."""
     app.add_directive("suite", SuiteTables)
     return {"parallel_read_safe": True}
