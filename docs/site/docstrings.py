@@ -9,6 +9,7 @@ import re
 import sys
 from collections.abc import Iterator
 from importlib import import_module
+from itertools import zip_longest
 from typing import Any
 
 UNDERLINE = re.compile(r"^-{3,}$")
@@ -21,7 +22,7 @@ LISTS = {"Parameters", "Attributes", "Other Parameters"}
 def entries(lines: list[str]) -> Iterator[tuple[str, list[str]]]:
     """Yield (names, what they are) of the lists of a docstring, and ("", [line]) of the rest."""
     section, names, said = "", "", list[str]()
-    for line, following in zip(lines, [*lines[1:], ""], strict=True):
+    for line, following in zip_longest(lines, lines[1:], fillvalue=""):
         if names and line.startswith(" "):
             said.append(line.strip())
             continue
