@@ -28,6 +28,7 @@ html_css_files = ["site.css"]
 html_show_sphinx = False
 html_copy_source = False
 html_show_sourcelink = False
+html_show_search_summary = False  # would fetch pages, which a browser forbids in a folder
 pygments_style, pygments_dark_style = "friendly", "github-dark"
 templates_path = ["templates"]
 html_additional_pages = {"index": "to_first_page.html"}
