@@ -32,6 +32,8 @@ NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 SHORTER = {
     "benchmark speed ": "benchmark speed --problems turntable_20 --windows 4 ",
+    "benchmark pen --pen MINE.toml": "benchmark pen --pen MINE.toml --seeds 1 --estimators ekf",
+    "benchmark pen tilt": "benchmark tilt",
     "--seeds 20": "--seeds 1",
 }
 """What is long on a page → the same, shorter."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import posixpath
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -108,52 +106,6 @@ def test_pictures_are_shown() -> None:
     text = "\n".join(text_of(page) for page in PAGES)
     shown = {posixpath.basename(link) for link in PICTURE.findall(text)}
     assert shown == {path.name for path in DOCS.glob("*.png")}
-
-
-@pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The site, built as `make docs` does."""
-    pytest.importorskip("sphinx", reason="the extra [docs] is not installed")
-    pytest.importorskip("furo", reason="the extra [docs] is not installed")
-    rule = re.search(
-        r"-m sphinx (.+?)\. build/docs$",
-        (ROOT / "Makefile").read_text("utf-8"),
-        re.MULTILINE | re.DOTALL,
-    )
-    assert rule
-    folder = tmp_path_factory.mktemp("site")
-    words = rule[1].replace("\\\n", " ").replace("build/doctrees", str(folder / "trees")).split()
-    done = subprocess.run(
-        [sys.executable, "-m", "sphinx", *words, ".", str(folder / "site")],
-        cwd=ROOT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr[-3000:]
-    assert not done.stderr
-    return folder / "site"
-
-
-@pytest.mark.slow
-def test_the_site_comes_from_here_alone(built: Path) -> None:
-    """No font, script, style or picture from another machine: links go there, nothing else."""
-    pages = list(built.rglob("*.html"))
-    assert len(pages) > len(PAGES)
-    for page in pages:
-        text = page.read_text("utf-8")
-        assert not re.search(r"<(?:script|img|iframe|source)[^>]*src=\"(?:https?:)?//", text), page
-        for tag in re.findall(r"<link [^>]*>", text):
-            assert not re.search(r"href=\"(?:https?:)?//", tag), f"{page}: {tag}"
-    for style in built.rglob("*.css"):
-        assert not re.search(r"url\(['\"]?https?:|@import", style.read_text("utf-8")), style
-
-
-@pytest.mark.slow
-def test_the_site_begins_and_its_suites_are_told(built: Path) -> None:
-    assert 'url=docs/index.html"' in (built / "index.html").read_text("utf-8")
-    pen = (built / "docs" / "suites" / "pen.html").read_text("utf-8")
-    assert "pen-1-accurate" in pen
-    assert "free pen, handwriting" in pen
-    api = (built / "docs" / "api.html").read_text("utf-8")
-    assert all(f'id="pen_mhe.{name}"' in api for name in pm.__all__)
 
 
 def test_the_site_is_no_page() -> None:
