@@ -108,5 +108,11 @@ def test_pictures_are_shown() -> None:
     assert shown == {path.name for path in DOCS.glob("*.png")}
 
 
+def test_every_picture_has_a_command() -> None:
+    told = (DOCS / "rooms.md").read_text("utf-8").partition("## Pictures of these pages")[2]
+    first_cells = " ".join(re.findall(r"^\| (`.+?) \|", told, re.MULTILINE))
+    assert set(re.findall(r"`([^`\s]+\.png)`", first_cells)) == {p.name for p in DOCS.glob("*.png")}
+
+
 def test_the_site_is_no_page() -> None:
     assert not any(page.is_relative_to(SITE) for page in PAGES)
