@@ -210,8 +210,13 @@ def shorter(text: str) -> str:
     [p for p in PAGES if any(not block.words & ELSEWHERE for block in of_language(p, "sh"))],
     ids=name_of,
 )
-def test_commands_run(page: Path, tmp_path: Path, on_path: dict[str, str]) -> None:
-    """In a folder of the page's own; what needs recordings runs where there are some."""
+def test_commands_run(
+    page: Path, tmp_path: Path, on_path: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a folder of the page's own; what needs recordings runs where there are some.
+
+    The page's Python goes first: it may write a file that a command reads.
+    """
     left_out = ELSEWHERE | (set() if os.environ.get("PEN_MHE_DATA") else {"data"})
     folder = tmp_path / "page"
     folder.mkdir()
@@ -223,6 +228,8 @@ def test_commands_run(page: Path, tmp_path: Path, on_path: dict[str, str]) -> No
         )  # fmt: skip
         assert done.returncode == 0, f"{what}: {done.stdout[-500:]}{done.stderr[-1500:]}"
 
+    monkeypatch.chdir(folder)
+    pages.run_python(page, without=left_out)
     run(f"{name_of(page)}, before", pages.before(page))
     for block in of_language(page, "sh"):
         if not block.words & left_out:
