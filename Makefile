@@ -8,11 +8,11 @@ export OPENBLAS_NUM_THREADS = 1
 # Seeds of the benchmark: SEEDS=20 is the full one.
 SEEDS ?= 5
 
-.PHONY: benchmark test test-all test-wheel fuzz sanitize lint format clean
+.PHONY: benchmark test test-all test-wheel docs fuzz sanitize lint format clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[scan,peers,notebooks,test,lint]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[scan,peers,notebooks,docs,test,lint]'
 	touch $@
 
 benchmark: $(STAMP)
@@ -31,6 +31,12 @@ test-wheel:
 	build/wheel/venv/bin/python -m pip wheel --quiet --no-deps --wheel-dir build/wheel .
 	build/wheel/venv/bin/python -m pip install --quiet --constraint constraints.txt build/wheel/*.whl
 	cd build/wheel && venv/bin/python -I ../../tests/wheel_program.py && venv/bin/pen-mhe --version
+
+# The site of README, docs and notebooks, from what is here: build/docs/index.html. A warning is an error.
+docs: $(STAMP)
+	rm -rf build/docs build/doctrees
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going \
+		--conf-dir docs/site --doctree-dir build/doctrees . build/docs
 
 # Every reader of files, for FUZZ_S seconds each, guided by coverage: make fuzz FUZZ_S=600 FUZZ=csv
 FUZZ_S ?= 60

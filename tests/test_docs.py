@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import re
 import runpy
 import tomllib
 from math import factorial
@@ -29,6 +28,7 @@ from models.state_space import StateSpaceModel
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import LEAST_SQUARES, create_estimator, settings_read
 from recordings.simulate_pen import simulate, simulate_model
+from tests.pages import run_python
 from tests.references import casadi_arrival, kalman
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "docs" / "damped_spring.py"
@@ -188,9 +188,7 @@ def test_the_pen_file_of_the_page_of_sensors_is_one() -> None:
 
 def test_the_page_of_own_models_runs() -> None:
     """Block by block; what each of them builds, an estimator takes."""
-    page, names = EXAMPLE.with_name("own_models.md"), dict[str, Any]()
-    for block in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
-        exec(compile(block, str(page), "exec"), names)
+    names = run_python(EXAMPLE.with_name("own_models.md"))
     for name in ("history", "found", "levels", "started", "again"):
         assert names[name].solved_fraction == 1
     assert names["mu_std"] < 0.1 * names["oscillator"].prior.std[2]

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import ast
 import json
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from models.lazy import face_table
+from tests.pages import PAGES as MARKDOWN
+from tests.pages import SITE, of_language
 
 ROOT = Path(__file__).resolve().parent.parent
 ROOMS = {path.parent.name for path in ROOT.glob("*/py.typed")}
 FACES = {path.parent.name: face_table(path) for path in ROOT.glob("*/__init__.pyi")}
 PAGES = sorted(
-    [ROOT / "README.md"]
-    + [path for kind in ("*.md", "*.py") for path in (ROOT / "docs").rglob(kind)]
-    + list((ROOT / "notebooks").glob("*.ipynb"))
+    [*MARKDOWN, *(ROOT / "notebooks").glob("*.ipynb")]
+    + [path for path in (ROOT / "docs").rglob("*.py") if SITE not in path.parents]
 )
 
 EXCEPTIONS: dict[str, frozenset[str]] = {
@@ -69,7 +69,7 @@ def code_of(path: Path) -> Iterator[str]:
         case ".py":
             yield text
         case ".md":
-            yield from re.findall(r"^```(?:python|py)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+            yield from (block.text for block in of_language(path, "python"))
         case ".ipynb":
             for cell in json.loads(text)["cells"]:
                 if cell["cell_type"] == "code":

@@ -14,6 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from benchmark.report.numbers import in_unit
 from suites.speed.contender import (
     BATCH,
+    COLD_CALL,
     CONVERGED,
     CONVERGED_CALL,
     FULL_STREAM_CALL,
@@ -28,14 +29,17 @@ MODE_STYLES: Mapping[str, Mapping[str, Any]] = {
     PASS_CALL: {"color": "C0", "marker": "v"},
     CONVERGED: {"color": "C1", "marker": "s"},
     CONVERGED_CALL: {"color": "C1", "marker": "P"},
+    COLD_CALL: {"color": "C3", "marker": "^"},
     BATCH: {"color": "C2", "marker": "D"},
     STREAM_CALL: {"color": "C0", "marker": "v"},
     FULL_STREAM_CALL: {"color": "C1", "marker": "v"},
 }
-WINDOW_MODES = (ONE_PASS, PASS_CALL, CONVERGED, CONVERGED_CALL)
+WINDOW_MODES = (ONE_PASS, PASS_CALL, COLD_CALL, CONVERGED, CONVERGED_CALL)
 REUSE_MODES = (STREAM_CALL, FULL_STREAM_CALL)
-OTHER_MODE: Mapping[str, Any] = {"color": "C3", "marker": "^"}
-TIME_LABEL = "time per window: median, to 99 % quantile"
+OTHER_MODE: Mapping[str, Any] = {"color": "C4", "marker": "o"}
+TIME_LABEL = "median (its figure), to 99 % quantile"
+COLUMNS, LINE_IN, EDGE_IN = 2, 0.27, 1.0
+"""Panels side by side; inches of a contender's line, and of a panel's title and axis."""
 HORIZON_PROBLEM = "pen15"
 
 
@@ -44,18 +48,27 @@ def contender_figure(rows: Sequence[Row]) -> Figure:
     panels: dict[str, list[Row]] = {}
     for row in rows:
         panels.setdefault(_panel_of(row), []).append(row)
-    columns = min(3, len(panels))
-    lines = -(-len(panels) // columns)
+    columns = min(COLUMNS, len(panels))
+    # Streams last: panels of like heights stand side by side.
+    ordered = sorted(panels.items(), key=lambda panel: panel[1][0].mode not in WINDOW_MODES)
+    lines = [len(found) for _, found in ordered]
+    heights = [
+        max(lines[i : i + columns]) * LINE_IN + EDGE_IN for i in range(0, len(lines), columns)
+    ]
     figure, axes = plt.subplots(
-        lines, columns, figsize=(5.2 * columns, 3.4 * lines), layout="constrained", squeeze=False
+        len(heights),
+        columns,
+        figsize=(6.6 * columns, sum(heights)),
+        layout="constrained",
+        squeeze=False,
+        height_ratios=heights,
     )
-    for axis, (title, found) in zip(axes.flat, panels.items(), strict=False):
+    for axis, (title, found) in zip(axes.flat, ordered, strict=False):
         _draw_times(axis, found)
-        axis.set_title(title, fontsize=10)
-    for axis in axes.flat[len(panels) :]:
-        axis.set_axis_off()
-    for axis in axes[-1]:
+        axis.set_title(title, fontsize=12)
         axis.set_xlabel(TIME_LABEL)
+    for axis in axes.flat[len(ordered) :]:
+        axis.set_axis_off()
     return figure
 
 
@@ -72,20 +85,20 @@ def _draw_times(axes: Axes, rows: Sequence[Row]) -> None:
     ordered = sorted(rows, key=lambda row: -row.median_s)
     for place, row in enumerate(ordered):
         style = MODE_STYLES.get(row.mode, OTHER_MODE)
-        axes.plot([row.median_s, row.p99_s], [place, place], color=style["color"], linewidth=1.2)
-        axes.plot(row.median_s, place, linestyle="none", markersize=6, **style)
+        axes.plot([row.median_s, row.p99_s], [place, place], color=style["color"], linewidth=1.5)
+        axes.plot(row.median_s, place, linestyle="none", markersize=7, **style)
         axes.annotate(
             in_unit(row.median_s),
-            (row.median_s, place),
-            xytext=(-5, 4),
+            (max(row.median_s, row.p99_s), place),
+            xytext=(8, 0),
             textcoords="offset points",
-            ha="right",
-            fontsize=7,
+            va="center",
+            fontsize=10,
         )
-    axes.set_yticks(range(len(ordered)), [_label(row) for row in ordered], fontsize=8)
-    axes.set_ylim(-0.6, len(ordered) - 0.2)
+    axes.set_yticks(range(len(ordered)), [_label(row) for row in ordered], fontsize=10)
+    axes.set_ylim(-0.7, len(ordered) - 0.3)
     times = [row.median_s for row in rows] + [row.p99_s for row in rows]
-    axes.set_xlim(min(times) / 6, max(times) * 1.6)
+    axes.set_xlim(min(times) / 2, max(times) * 20)
     _time_axis(axes, "x")
 
 

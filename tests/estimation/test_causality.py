@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -22,6 +21,7 @@ from models.state_space import StateSpaceModel
 from tests.engines import needs_compiler
 from tests.estimation.arriving import Reading, changed_after, readings_of, recording_of
 from tests.estimation.test_arrivals import model as forced_walk
+from tests.pages import run_python
 
 SENSORS = ("accel", "gyro", "camera")
 LAGS = (14, 15, 16, 17)
@@ -165,9 +165,7 @@ def test_nor_interpreted_or_by_ipopt(name: str, monkeypatch: pytest.MonkeyPatch)
 
 @needs_compiler
 def test_the_page_runs() -> None:
-    [block] = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
-    names: dict[str, Any] = {}
-    exec(compile(block, str(PAGE), "exec"), names)
+    names = run_python(PAGE)
     samples = names["samples"]
     np.testing.assert_array_equal(names["known"].arrival_s, samples)
     np.testing.assert_array_equal(names["later"].arrival_s, samples[14:])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +37,7 @@ from recordings.read import read_recording
 from recordings.simulate_pen import simulate_model
 from tests.engines import compiled_and_interpreted, needs_compiler, steps
 from tests.estimation.lamps import lamp, swung
+from tests.pages import run_python
 from tests.references import kalman
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "inputs.md"
@@ -261,8 +261,6 @@ def test_a_table_holds_the_inputs(swing: Recording, tmp_path: Path) -> None:
 
 
 def test_the_page_runs() -> None:
-    [block] = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
-    names: dict[str, Any] = {}
-    exec(compile(block, str(PAGE), "exec"), names)
+    names = run_python(PAGE)
     assert set(names["history"].status) == {Status.SOLVED}
     assert names["estimate"].status is Status.SOLVED
