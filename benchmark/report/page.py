@@ -6,17 +6,32 @@ import base64
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from benchmark.figures.figure import Figure
-from benchmark.figures.plotly_figure import plotly_figure, plotly_layout, plotly_text
-from benchmark.figures.style import PAGE, Colour, Theme, colours_of, light_to_dark
+import numpy as np
+
+from benchmark.figures.chart import chart
+from benchmark.figures.figure import Figure, Line, Panel
+from benchmark.figures.style import (
+    FILLED,
+    MARKS,
+    PAGE,
+    Colour,
+    Stroke,
+    Theme,
+    colours_of,
+    stroke_of,
+)
 from benchmark.report.broken import MOST
+from benchmark.report.choice import figures_of
 from benchmark.report.content import PAPERS_WORLD, SYMBOLS, TITLE, Content, ReportPart, slug
 from benchmark.report.describe import describe
+from benchmark.report.glance import axis_of
+from benchmark.report.glossary import explained, glossary
+from benchmark.report.in_short import headlines
 from benchmark.report.matrix import LEVELS, SHOWN
 from benchmark.report.numbers import count, interval, number, seconds
 from benchmark.report.optimal import ABOUT_OPTIMUM, HEAD, OPTIMUM
@@ -40,12 +55,12 @@ SHOWN_AT_ONCE = 12
 
 @dataclass(frozen=True)
 class LegendEntry:
-    """A line's entry: its name, how plotly knows it, number of its colour, stroke."""
+    """A line's entry: its name, the number of its colour, its stroke, and whether it has a band."""
 
     name: str
-    group: str
     colour: int
-    style: str
+    stroke: Stroke
+    joined: bool
     band: bool
 
 
@@ -57,8 +72,7 @@ class Drawn:
     ----------
     id : of its element
     file_name : of a picture that is saved
-    height : in pixels, before it is drawn
-    json : for plotly, safe within a script element
+    json : for ``chart.js``, safe within a script element
     """
 
     id: str
@@ -66,7 +80,6 @@ class Drawn:
     file_name: str
     description: str
     legend: Sequence[LegendEntry]
-    height: int
     json: Markup
 
 
@@ -74,7 +87,6 @@ def page(content: Content) -> str:
     """Return the HTML."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup, escape
-    from plotly.offline import get_plotlyjs
 
     environment = Environment(
         loader=PackageLoader("benchmark.report", "."),
@@ -91,14 +103,25 @@ def page(content: Content) -> str:
         breakable=lambda text: escape(text).replace("+", Markup("+<wbr>")),
         capitalised=lambda text: text[:1].upper() + text[1:],
         percent=lambda part: f"{number(100 * part)} %",
+        explained=explained,
+        dashes=_dashes,
+        outline=outline,
     )
-    colours = colours_of(figure for part in content.parts for figure in part.figures)
-    plotly_js, page_js = _script(get_plotlyjs()), _script(_file("page.js"))
+    estimators = _estimators(content)
+    colours = colours_of([estimators, *(f for part in content.parts for f in part.figures)])
+    script = _script(f"{_file('chart.js')}\n{_file('page.js')}")
     return environment.get_template("page.html.jinja").render(
         content=content,
         title=TITLE,
         lead=lead(content),
         answer_is_about=answer_is_about(content),
+        headlines=headlines(content.answers),
+        axis_of=axis_of,
+        figures_of=figures_of,
+        estimators=(legend := _legend(estimators, colours)),
+        entries={entry.name: entry for entry in legend},
+        filled=FILLED,
+        glossary=glossary(),
         optimum_title=OPTIMUM,
         about_optimum=ABOUT_OPTIMUM,
         optimum_head=HEAD,
@@ -119,10 +142,9 @@ def page(content: Content) -> str:
         most_broken=MOST,
         broken_tasks=lambda part: sum(len(row.seeds) for row in part.broken),
         style=Markup(_colour_rules(colours) + _file("page.css")),
-        dark_json=script_json(dict(light_to_dark())),
-        plotly_js=Markup(plotly_js),
-        page_js=Markup(page_js),
-        script_hashes=Markup(" ".join(_hash(script) for script in (plotly_js, page_js))),
+        looks_json=script_json(_looks(colours)),
+        script=Markup(script),
+        script_hashes=Markup(_hash(script)),
     )
 
 
@@ -137,34 +159,61 @@ def script_json(value: Any) -> Markup:
 
 
 def _drawn(part: ReportPart, colours: Mapping[str, Colour]) -> list[Drawn]:
-    found = []
-    for at, figure in enumerate(part.figures):
-        spec = plotly_figure(figure, colours)
-        if figure.columns > 1:
-            spec["narrow"] = plotly_layout(figure, columns=1)
-        found.append(
-            Drawn(
-                f"figure-{slug(part.name)}-{at + 1}",
-                figure,
-                slug(figure.key) or "figure",
-                describe(figure),
-                _legend(figure, list(colours)),
-                spec["layout"]["height"],
-                script_json(spec),
-            )
+    return [
+        Drawn(
+            f"figure-{slug(part.name)}-{at + 1}",
+            figure,
+            slug(figure.key) or "figure",
+            describe(figure),
+            _legend(figure, colours),
+            script_json(chart(figure, colours)),
         )
-    return found
+        for at, figure in enumerate(part.figures)
+    ]
 
 
-def _legend(figure: Figure, names: Sequence[str]) -> list[LegendEntry]:
+def _legend(figure: Figure, colours: Mapping[str, Colour]) -> list[LegendEntry]:
     found: dict[str, LegendEntry] = {}
     for line in (line for panel in figure.panels for line in panel.lines):
-        band = line.std is not None or (line.name in found and found[line.name].band)
-        style = found[line.name].style if line.name in found else line.style
-        found[line.name] = LegendEntry(
-            line.name, plotly_text(line.name), names.index(line.name), style, band
+        stroke, number = stroke_of(colours[line.name], line.style), list(colours).index(line.name)
+        first = found.setdefault(
+            line.name, LegendEntry(line.name, number, stroke, line.style != "points", False)
         )
+        if line.std is not None:
+            found[line.name] = replace(first, band=True)
     return list(found.values())
+
+
+def _estimators(content: Content) -> Figure:
+    """Return a figure whose legend is that of the first picture."""
+    names = [name for answer in content.answers for name in answer.matrix.estimators]
+    nothing = np.empty(0)
+    lines = [Line(name, nothing, nothing, style="points") for name in dict.fromkeys(names)]
+    return Figure("glance", "", "", [Panel("", "", "", lines)])
+
+
+def _looks(colours: Mapping[str, Colour]) -> list[dict[str, Any]]:
+    """Return, by number of a colour, what ``chart.js`` must know of a line beside it."""
+    strokes = {name: stroke_of(colour) for name, colour in colours.items()}
+    return [
+        {
+            "name": name,
+            "dash": _dashes(stroke),
+            "dashed": _dashes(stroke_of(colours[name], "dashed")),
+            "mark": outline(stroke),
+            "filled": stroke.mark == FILLED,
+        }
+        for name, stroke in strokes.items()
+    ]
+
+
+def _dashes(stroke: Stroke) -> str:
+    return " ".join(f"{length:g}" for length in stroke.dash)
+
+
+def outline(stroke: Stroke) -> str:
+    """Return the SVG path of a stroke's mark; empty where it has none."""
+    return MARKS[stroke.mark][0] if stroke.mark else ""
 
 
 def _colour_rules(colours: Mapping[str, Colour]) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from benchmark.report.broken import MOST, Broken
 from benchmark.report.content import PAPERS_WORLD, SYMBOLS, TITLE, Content, ReportPart
+from benchmark.report.in_short import IN_SHORT, headlines, in_short
 from benchmark.report.matrix import SHOWN, Cell, Matrix
 from benchmark.report.numbers import count, interval, number, seconds
 from benchmark.report.optimal import ABOUT_OPTIMUM, HEAD, OPTIMUM
@@ -40,14 +41,15 @@ def answer_blocks(content: Content) -> list[str]:
     if not content.answers:
         return [in_markdown(f"This run has no results of {content.wanted}.")]
     blocks = [
+        *map(in_markdown, headlines(content.answers)),
+        table(IN_SHORT, in_short(content.answers)),
         f"{in_markdown(answer_is_about(content))} RMSE: median over the seeds (smallest to "
-        "largest); `*` marks the best."
+        "largest); `*` marks the best.",
     ]
     for answer in content.answers:
         matrix = answer.matrix
         blocks.append(in_markdown(f"### {matrix.quantity}, {matrix.unit} ({matrix.case})"))
-        said = (answer.advice.take, answer.advice.without_camera, answer.advice.more)
-        blocks.append(in_markdown(" ".join(said)))
+        blocks.append(in_markdown(answer.advice.more))
         blocks.append(matrix_table(matrix))
     blocks.append("### What the estimators cost")
     rows = [
