@@ -116,8 +116,8 @@ def _draw(axes: Axes, line: Line, panel: Panel, colour: Colour, theme: Theme) ->
         elinewidth=0.9,
         capsize=2,
         marker=MARKS[stroke.mark][1] if stroke.mark else "o" if points else "none",
-        markerfacecolor=tint if stroke.mark in ("", FILLED) else "none",
-        markersize=3.2 if stroke.mark == FILLED else 5.5,
+        markerfacecolor=tint if stroke.mark in ("", *FILLED) else "none",
+        markersize=3.4 if stroke.mark in FILLED else 5.5,
         markeredgewidth=1.0,
         markevery=1 if len(x) <= MARKED else (len(axes.lines) * 7 % 29, max(len(x) // 6, 1)),
     )

@@ -85,13 +85,19 @@ MARKS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "plus": ("m-5.5 0h11m-5.5-5.5v11", "+"),
         "wedge": ("m0 6.6l6-10.4h-12z", "v"),
         "ring": ("m-5.5 0a5.5 5.5 0 1 0 11 0a5.5 5.5 0 1 0-11 0z", "o"),
-        "star": ("m-4.5-2.6l9 5.2m0-5.2l-9 5.2m4.5-7.8v10.4", "2"),
+        "star": ("m-4.5-2.6l9 5.2m0-5.2l-9 5.2m4.5-7.8v10.4", "1"),
+        "block": ("m-3-3h6v6h-6z", "s"),
+        "peak": ("m0-4.6l4.2 7.2h-8.4z", "^"),
+        "gem": ("m0-4.6l4.6 4.6l-4.6 4.6l-4.6-4.6z", "D"),
+        "drop": ("m0 4.6l4.2-7.2h-8.4z", "v"),
+        "bar": ("m0-6v12", "|"),
+        "hyphen": ("m-6 0h12", "_"),
     }
 )
-"""Mark → its outline about a point as an SVG path in pixels, and matplotlib's sign. The dot alone
-is filled: marks that lie on one point show through each other."""
+"""Mark → its outline about a point as an SVG path in pixels, and matplotlib's sign. Those of the
+estimators lie in each other where they fall on one point, for all but the first are hollow."""
 
-FILLED = "dot"
+FILLED = ("dot", "block", "peak", "gem", "drop")
 DASHES: tuple[tuple[float, ...], ...] = ((), (9.0, 3.0), (2.0, 3.0), (9.0, 3.0, 2.0, 3.0))
 DASHED: tuple[float, ...] = (5.0, 4.0)
 """Of a line whose style is dashed, whatever its colour's stroke is."""
@@ -127,7 +133,7 @@ def colours_of(figures: Iterable[Figure]) -> Mapping[str, Colour]:
     """
     groups = [_names(figure) for figure in figures]
     found: dict[str, Colour] = {}
-    free = (*OTHERS, *NAMED.values())
+    free = (*OTHERS, *list(NAMED.values())[1:])
     for name in dict.fromkeys(name for group in groups for name in group):
         beside = {found[n] for group in groups if name in group for n in group if n in found}
         beside |= {NAMED[n] for group in groups if name in group for n in group if n in NAMED}

@@ -5,8 +5,9 @@ const Chart = (() => {
   const ALONE = 290, STACKED = 180, SQUARE = 340, LEAST = 150; // heights of a panel in pixels
   const COLUMN = 220; // below such a width panels stand under each other
   const LETTER = 6.7, LINE = 17, SMALL = 12, BIG = 13; // of text, in pixels
-  const PLAIN = 40; // points of a line that has a mark at each
+  const PLAIN = 40; // points of a line whose ends stay off the edge of its panel
   const MARK_EVERY = 120; // pixels between marks of a longer one
+  const APART = 16; // pixels between points that have a mark each
   const JAGGED = 3; // widths of a panel: on a longer line dashes are not to be seen
   const NEAR = 40; // pixels from the pointer to the values that it shows
   const MARGIN = 0.05; // part of what is drawn that an axis reaches beyond it
@@ -34,7 +35,7 @@ const Chart = (() => {
   function number(value, digits = 4) {
     if (value === 0) return "0";
     const size = Math.abs(value), sign = value < 0 ? "−" : "";
-    if (size >= 1e-3 && size < 1e5) return sign + String(Number(size.toPrecision(digits)));
+    if (size >= 1e-4 && size < 1e6) return sign + String(Number(size.toPrecision(digits)));
     const power = Math.floor(Math.log10(size) + 1e-9);
     const front = Number((size / 10 ** power).toPrecision(digits));
     const above = String(power).replace(/./g, (c) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻");
@@ -61,7 +62,7 @@ const Chart = (() => {
     return finer.length > 2 ? finer : plainTicks([low, high], Math.min(count, 4));
   }
 
-  const ticks = (range, log, count) => (log ? logTicks : plainTicks)(range, Math.max(2, Math.floor(count)));
+  const ticks = (range, log, count) => (log ? logTicks : plainTicks)(range, Math.max(3, Math.floor(count)));
 
   function scale([low, high], log, from, to) {
     const of = log ? Math.log10 : (v) => v;
@@ -110,7 +111,7 @@ const Chart = (() => {
         ? Math.min(SQUARE, Math.max(LEAST, ...mine.map(square)))
         : rows === 1 ? ALONE : STACKED;
       for (const panel of mine) {
-        panel.yTicks = ticks(panel.range[1], panel.logs[1], height / 38);
+        panel.yTicks = ticks(panel.range[1], panel.logs[1], height / 34);
         const labels = panel.yTicks.map((v) => number(v).length * LETTER);
         panel.left = Math.max(30, ...labels) + 10;
         Object.assign(panel, { top: top + head, bottom: top + head + height });
@@ -127,20 +128,23 @@ const Chart = (() => {
       if (panel.equal) even(panel);
       panel.xs = scale(panel.range[0], panel.logs[0], panel.begin, panel.end);
       panel.ys = scale(panel.range[1], panel.logs[1], panel.bottom, panel.top);
-      panel.xTicks = ticks(panel.range[0], panel.logs[0], (panel.end - panel.begin) / 70);
+      panel.xTicks = ticks(panel.range[0], panel.logs[0], (panel.end - panel.begin) / 60);
     }
     return { panels, height: top };
   }
 
   // One unit is as long on both axes.
   function even(panel) {
+    const spans = panel.range.map(([low, high]) => high - low);
+    const wide = Math.max(LEAST, ((panel.bottom - panel.top) * spans[0]) / spans[1]);
+    panel.end = Math.min(panel.end, panel.begin + wide);
     const size = [panel.end - panel.begin, panel.bottom - panel.top];
     const unit = Math.max(...panel.range.map(([low, high], k) => (high - low) / size[k]));
     panel.range = panel.range.map(([low, high], k) => {
       const more = (unit * size[k] - (high - low)) / 2;
       return [low - more, high + more];
     });
-    panel.yTicks = ticks(panel.range[1], false, size[1] / 38);
+    panel.yTicks = ticks(panel.range[1], false, size[1] / 34);
   }
 
   const short = (v) => Math.round(Math.max(-1e5, Math.min(1e5, v)) * 10) / 10;
@@ -215,7 +219,7 @@ const Chart = (() => {
   }
 
   function marked(at, line, share, panel) {
-    const few = line.style === "points" || at.x.length <= PLAIN;
+    const few = line.style === "points" || (panel.end - panel.begin) / at.x.length > APART;
     let gone = MARK_EVERY * (1 - share), before = null, length = 0;
     const marks = [];
     at.x.forEach((x, k) => {

@@ -26,8 +26,11 @@ class LogAxis:
         return round(EDGE + (100 - 2 * EDGE) * min(max(part, 0.0), 1.0), 2)
 
     def ticks(self) -> list[float]:
-        """Return its decades."""
-        return [10.0**k for k in range(math.ceil(self.low), math.floor(self.high) + 1)]
+        """Return its decades; within two of them 1, 2 and 5, as far apart as they can be read."""
+        decades = range(math.floor(self.low), math.ceil(self.high) + 1)
+        parts = (1,) if self.high - self.low > 2 else (1, 3) if self.high - self.low > 1.2 else (1, 2, 5)
+        found = [part * 10.0**k for k in decades for part in parts]
+        return [value for value in found if self.low <= math.log10(value) <= self.high]
 
 
 def axis_of(matrix: Matrix) -> LogAxis:

@@ -134,7 +134,7 @@
 
   function save(plot) {
     const view = viewOf(plot);
-    const names = [...figureOf(plot).querySelectorAll(".legend button")]
+    const names = [...figureOf(plot).querySelectorAll(".legend > button")]
       .filter((button) => !view.hidden.has(Number(button.dataset.name)))
       .map((button) => ({
         text: button.textContent.trim(),

@@ -201,7 +201,7 @@ def _looks(colours: Mapping[str, Colour]) -> list[dict[str, Any]]:
             "dash": _dashes(stroke),
             "dashed": _dashes(stroke_of(colours[name], "dashed")),
             "mark": outline(stroke),
-            "filled": stroke.mark == FILLED,
+            "filled": stroke.mark in FILLED,
         }
         for name, stroke in strokes.items()
     ]
