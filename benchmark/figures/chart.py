@@ -57,7 +57,7 @@ def _line(line: Line, panel: Panel, number: int) -> dict[str, Any]:
     ends = () if around is None else (around.low, around.high)
     sides = () if np.all(np.diff(x) >= 0) else (x,)  # a path: its turns in x count as well
     kept = decimate(y, *sides, *(np.where(np.isfinite(end), end, y) for end in ends))
-    told = {"x": packed(x[kept], panel.x_log), "y": packed(y[kept], panel.y_log)}
+    told: dict[str, Any] = {"x": packed(x[kept], panel.x_log), "y": packed(y[kept], panel.y_log)}
     if around is not None:
         told["band"] = [packed(end[kept], panel.y_log) for end in ends]
     if lengths is not None:

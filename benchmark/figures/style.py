@@ -125,13 +125,17 @@ def stroke_of(colour: Colour, style: Style = "line") -> Stroke:
     return Stroke(DASHED, found.mark) if style == "dashed" else found
 
 
-def colours_of(figures: Iterable[Figure]) -> Mapping[str, Colour]:
+def colours_of(figures: Iterable[Figure], first: Iterable[str] = ()) -> Mapping[str, Colour]:
     """Return a colour for every line name in figures: one name has one colour in all of them.
 
     A name that `NAMED` has not takes the first of `OTHERS` that no line beside it in a
     figure has; beyond them the colours repeat.
+
+    Parameters
+    ----------
+    first : names that stand together before all figures
     """
-    groups = [_names(figure) for figure in figures]
+    groups = [tuple(first), *(_names(figure) for figure in figures)]
     found: dict[str, Colour] = {}
     free = (*OTHERS, *list(NAMED.values())[1:])
     for name in dict.fromkeys(name for group in groups for name in group):

@@ -16,7 +16,6 @@ from benchmark.report.choice import (
 from benchmark.report.matrix import NOT_OBSERVABLE, Cell, Matrix
 from benchmark.report.numbers import number
 
-
 BUDGETS = WITH, WITHOUT = "with a camera", "without a camera"
 YES, NO, OPEN = "yes", "no", "open"
 """Whether optimising pays."""
@@ -47,7 +46,7 @@ class Pick:
     def sentence(self) -> str:
         """Say what to take, and why."""
         if not self.sensors:
-            return f"{self.budget[:1].upper()}{self.budget[1:]}: {self.why}."
+            return f"{self.why.capitalize()}."
         cheaper = f" Cheapest that shows it: {self.cheaper}." if self.cheaper else ""
         between = ";" if self.why == _ONE_SIDE else ":"
         return (

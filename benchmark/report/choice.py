@@ -114,9 +114,7 @@ def _by_pairs(matrix: Matrix, sensors: str, other: str) -> tuple[str, str]:
     shown = f"95 % interval of {other} minus EKF: {ends} {unit}"
     if not ends:
         way = "below" if difference < 0 else "above"
-        return SIMPLE, (
-            f"{other} is {size} {way} the EKF, but {NO_INTERVAL}"
-        )
+        return SIMPLE, (f"{other} is {size} {way} the EKF, but {NO_INTERVAL}")
     if verdict == BETTER:
         return other, f"optimising pays, {size} below the EKF ({shown}){_cost(mine, other)}"
     if verdict == SAME:

@@ -28,7 +28,13 @@ class LogAxis:
     def ticks(self) -> list[float]:
         """Return its decades; within two of them 1, 2 and 5, as far apart as they can be read."""
         decades = range(math.floor(self.low), math.ceil(self.high) + 1)
-        parts = (1,) if self.high - self.low > 2 else (1, 3) if self.high - self.low > 1.2 else (1, 2, 5)
+        parts = (
+            (1,)
+            if self.high - self.low > 2
+            else (1, 3)
+            if self.high - self.low > 1.2
+            else (1, 2, 5)
+        )
         found = [part * 10.0**k for k in decades for part in parts]
         return [value for value in found if self.low <= math.log10(value) <= self.high]
 

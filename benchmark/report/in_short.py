@@ -11,11 +11,9 @@ from benchmark.report.numbers import count
 if TYPE_CHECKING:
     from benchmark.report.content import Answer
 
-IN_SHORT = ("Quantity", "Budget", "Sensors", "Estimator", "RMSE", "Optimising pays?")
-
 
 def in_short(answers: Sequence[Answer]) -> list[tuple[str, ...]]:
-    """Return a row of text per quantity and budget, under the heads of `IN_SHORT`."""
+    """Return a row of text per quantity and budget: what it is, and what to take."""
     return [
         (
             answer.matrix.quantity,
@@ -48,7 +46,7 @@ def headlines(answers: Sequence[Answer]) -> list[str]:
     if unknown:
         said += f"; it is open for {listed(unknown)}"
     if not paying and all(pays == NO for _, pays in picks):
-        said += ": the EKF is as good there, and cheaper"
+        said += ": nothing shows the EKF worse there, and it is cheaper"
     return [*found, f"{said}."]
 
 

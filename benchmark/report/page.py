@@ -5,46 +5,22 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from functools import partial
 from importlib import resources
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from benchmark.figures.chart import chart
-from benchmark.figures.figure import Figure, Line, Panel
-from benchmark.figures.style import (
-    FILLED,
-    MARKS,
-    PAGE,
-    Colour,
-    Stroke,
-    Theme,
-    colours_of,
-    stroke_of,
-)
-from benchmark.report.broken import MOST
+from benchmark.figures.figure import Figure
+from benchmark.figures.style import FILLED, MARKS, PAGE, Colour, Theme, colours_of, stroke_of
 from benchmark.report.choice import figures_of
-from benchmark.report.content import PAPERS_WORLD, SYMBOLS, TITLE, Content, ReportPart, slug
+from benchmark.report.content import Content
 from benchmark.report.describe import describe
 from benchmark.report.glance import axis_of
 from benchmark.report.glossary import explained, glossary
-from benchmark.report.in_short import headlines
-from benchmark.report.matrix import LEVELS, SHOWN
-from benchmark.report.numbers import count, interval, number, seconds
-from benchmark.report.optimal import ABOUT_OPTIMUM, HEAD, OPTIMUM
-from benchmark.report.sentences import (
-    PAIR_SYMBOLS,
-    answer_is_about,
-    lead,
-    notes,
-    papers_world,
-    refuted,
-    verdict_sentence,
-)
-from benchmark.verdicts.judge import VERDICTS
+from benchmark.report.matrix import LEVELS
+from benchmark.report.templates import template
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -52,97 +28,38 @@ if TYPE_CHECKING:
 SHOWN_AT_ONCE = 12
 """Lines of a table that stands open when the page opens."""
 
-
-@dataclass(frozen=True)
-class LegendEntry:
-    """A line's entry: its name, the number of its colour, its stroke, and whether it has a band."""
-
-    name: str
-    colour: int
-    stroke: Stroke
-    joined: bool
-    band: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Drawn:
-    """A figure on the page.
-
-    Parameters
-    ----------
-    id : of its element
-    file_name : of a picture that is saved
-    json : for ``chart.js``, safe within a script element
-    """
-
-    id: str
-    figure: Figure
-    file_name: str
-    description: str
-    legend: Sequence[LegendEntry]
-    json: Markup
+Look = dict[str, Any]
+"""What a legend and ``chart.js`` must know of a line: name, number of its colour, dashes, mark."""
 
 
 def page(content: Content) -> str:
     """Return the HTML."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup, escape
 
-    environment = Environment(
-        loader=PackageLoader("benchmark.report", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update(
-        number=number,
-        seconds=seconds,
-        count=count,
-        slug=slug,
-        breakable=lambda text: escape(text).replace("+", Markup("+<wbr>")),
-        capitalised=lambda text: text[:1].upper() + text[1:],
-        percent=lambda part: f"{number(100 * part)} %",
-        explained=explained,
-        dashes=_dashes,
-        outline=outline,
-    )
-    estimators = _estimators(content)
-    colours = colours_of([estimators, *(f for part in content.parts for f in part.figures)])
+    figures = [figure for part in content.parts for figure in part.figures]
+    estimators = [name for answer in content.answers for name in answer.matrix.estimators]
+    colours = colours_of(figures, first=estimators)
+    looks = {name: _look(at, name, colour) for at, (name, colour) in enumerate(colours.items())}
     script = _script(f"{_file('chart.js')}\n{_file('page.js')}")
-    return environment.get_template("page.html.jinja").render(
+    filters = {
+        "breakable": lambda text: escape(text).replace("+", Markup("+<wbr>")),
+        "explained": explained,
+    }
+    return template("page.html.jinja", filters, autoescape=True).render(
         content=content,
-        title=TITLE,
-        lead=lead(content),
-        answer_is_about=answer_is_about(content),
-        headlines=headlines(content.answers),
         axis_of=axis_of,
         figures_of=figures_of,
-        estimators=(legend := _legend(estimators, colours)),
-        entries={entry.name: entry for entry in legend},
-        filled=FILLED,
+        looks=looks,
+        estimators=list(dict.fromkeys(estimators)),
         glossary=glossary(),
-        optimum_title=OPTIMUM,
-        about_optimum=ABOUT_OPTIMUM,
-        optimum_head=HEAD,
-        papers_world=papers_world(content),
-        papers_world_title=PAPERS_WORLD,
-        verdict_sentence=verdict_sentence(content),
-        refuted=refuted(content),
-        notes=notes,
-        figures={part.name: _drawn(part, colours) for part in content.parts},
-        symbols=SYMBOLS,
-        pair_symbols=PAIR_SYMBOLS,
-        verdicts=VERDICTS,
-        interval=interval,
+        describe=describe,
+        legend=partial(_legend, looks=looks),
+        chart_json=lambda figure: script_json(chart(figure, colours)),
         levels=LEVELS,
         steps=list(pairwise(LEVELS)),
-        SHOWN=SHOWN,
         shown_at_once=SHOWN_AT_ONCE,
-        most_broken=MOST,
-        broken_tasks=lambda part: sum(len(row.seeds) for row in part.broken),
         style=Markup(_colour_rules(colours) + _file("page.css")),
-        looks_json=script_json(_looks(colours)),
+        looks_json=script_json(list(looks.values())),
         script=Markup(script),
         script_hashes=Markup(_hash(script)),
     )
@@ -158,62 +75,29 @@ def script_json(value: Any) -> Markup:
     return Markup(text)
 
 
-def _drawn(part: ReportPart, colours: Mapping[str, Colour]) -> list[Drawn]:
-    return [
-        Drawn(
-            f"figure-{slug(part.name)}-{at + 1}",
-            figure,
-            slug(figure.key) or "figure",
-            describe(figure),
-            _legend(figure, colours),
-            script_json(chart(figure, colours)),
-        )
-        for at, figure in enumerate(part.figures)
-    ]
+def _look(number: int, name: str, colour: Colour) -> Look:
+    stroke, dashed = stroke_of(colour), stroke_of(colour, "dashed")
+    return {
+        "name": name,
+        "colour": number,
+        "dash": _dashes(stroke.dash),
+        "dashed": _dashes(dashed.dash),
+        "mark": MARKS[stroke.mark][0] if stroke.mark else "",
+        "filled": stroke.mark in FILLED,
+    }
 
 
-def _legend(figure: Figure, colours: Mapping[str, Colour]) -> list[LegendEntry]:
-    found: dict[str, LegendEntry] = {}
+def _dashes(lengths: Iterable[float]) -> str:
+    return " ".join(f"{length:g}" for length in lengths)
+
+
+def _legend(figure: Figure, looks: Mapping[str, Look]) -> list[Look]:
+    """Return the looks of a figure's lines, each with its style and whether it has a band."""
+    found: dict[str, Look] = {}
     for line in (line for panel in figure.panels for line in panel.lines):
-        stroke, number = stroke_of(colours[line.name], line.style), list(colours).index(line.name)
-        first = found.setdefault(
-            line.name, LegendEntry(line.name, number, stroke, line.style != "points", False)
-        )
-        if line.std is not None:
-            found[line.name] = replace(first, band=True)
+        first = found.get(line.name, looks[line.name] | {"style": line.style, "band": False})
+        found[line.name] = first | {"band": first["band"] or line.std is not None}
     return list(found.values())
-
-
-def _estimators(content: Content) -> Figure:
-    """Return a figure whose legend is that of the first picture."""
-    names = [name for answer in content.answers for name in answer.matrix.estimators]
-    nothing = np.empty(0)
-    lines = [Line(name, nothing, nothing, style="points") for name in dict.fromkeys(names)]
-    return Figure("glance", "", "", [Panel("", "", "", lines)])
-
-
-def _looks(colours: Mapping[str, Colour]) -> list[dict[str, Any]]:
-    """Return, by number of a colour, what ``chart.js`` must know of a line beside it."""
-    strokes = {name: stroke_of(colour) for name, colour in colours.items()}
-    return [
-        {
-            "name": name,
-            "dash": _dashes(stroke),
-            "dashed": _dashes(stroke_of(colours[name], "dashed")),
-            "mark": outline(stroke),
-            "filled": stroke.mark in FILLED,
-        }
-        for name, stroke in strokes.items()
-    ]
-
-
-def _dashes(stroke: Stroke) -> str:
-    return " ".join(f"{length:g}" for length in stroke.dash)
-
-
-def outline(stroke: Stroke) -> str:
-    """Return the SVG path of a stroke's mark; empty where it has none."""
-    return MARKS[stroke.mark][0] if stroke.mark else ""
 
 
 def _colour_rules(colours: Mapping[str, Colour]) -> str:
