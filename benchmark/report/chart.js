@@ -387,5 +387,5 @@ const Chart = (() => {
     return new XMLSerializer().serializeToString(copy);
   }
 
-  return { draw, read, under, values, zoomTo, picture, number, DRAG };
+  return { draw, read, ticks, under, values, zoomTo, picture, DRAG };
 })();

@@ -12,7 +12,8 @@
   function viewOf(plot) {
     if (!views.has(plot)) {
       const spec = Chart.read(read(plot.dataset.spec));
-      views.set(plot, { x: new Map(), y: new Map(), hidden: new Set(), spec });
+      plot.view = { x: new Map(), y: new Map(), hidden: new Set(), spec };
+      views.set(plot, plot.view);
     }
     return views.get(plot);
   }

@@ -74,6 +74,11 @@ def test_nothing_is_loaded(elements: Elements) -> None:
         assert (attributes.get("href") or "#").startswith("#")
 
 
+def test_a_page_is_small(written: Path) -> None:
+    """Its figures have up to 1,000 points a line here; a whole run must stay below 3 MB."""
+    assert (written / "report.html").stat().st_size < 250_000
+
+
 def test_style_loads_nothing(written: Path) -> None:
     style = re.search(r"<style>(.*?)</style>", (written / "report.html").read_text("utf-8"), re.S)
     assert style is not None
