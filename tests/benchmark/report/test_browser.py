@@ -362,7 +362,8 @@ def test_a_touch_explains_a_term_and_shows_values(page: Any) -> None:
         tap(page, 3, 400)  # beside the text
         assert wait(page, "document.querySelector('.meaning') === null")
         plot = drawn_plots(page)[0]
-        tap(page, *page.execute_script(f"return {CENTRE}", plot))
+        x, y = page.execute_script(f"return {CENTRE}", plot)
+        tap(page, x, y - 80)  # on the upper panel
         assert wait(page, "arguments[0].querySelector('.values')?.textContent", plot)
         button = page.find_element("css selector", ".zoom")
         assert button.is_displayed()
