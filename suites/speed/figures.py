@@ -37,6 +37,8 @@ REUSE_MODES = (STREAM_CALL, FULL_STREAM_CALL)
 OTHER_MODE: Mapping[str, Any] = {"color": "C3", "marker": "^"}
 TIME_LABEL = "time per window: median, to 99 % quantile"
 HORIZON_PROBLEM = "pen15"
+COLUMNS = 2
+"""Panels beside each other: with more, their text is too small where the picture is looked at."""
 
 
 def contender_figure(rows: Sequence[Row]) -> Figure:
@@ -44,10 +46,10 @@ def contender_figure(rows: Sequence[Row]) -> Figure:
     panels: dict[str, list[Row]] = {}
     for row in rows:
         panels.setdefault(_panel_of(row), []).append(row)
-    columns = min(3, len(panels))
+    columns = min(COLUMNS, len(panels))
     lines = -(-len(panels) // columns)
     figure, axes = plt.subplots(
-        lines, columns, figsize=(5.2 * columns, 3.4 * lines), layout="constrained", squeeze=False
+        lines, columns, figsize=(4.8 * columns, 3.2 * lines), layout="constrained", squeeze=False
     )
     for axis, (title, found) in zip(axes.flat, panels.items(), strict=False):
         _draw_times(axis, found)
@@ -80,9 +82,9 @@ def _draw_times(axes: Axes, rows: Sequence[Row]) -> None:
             xytext=(-5, 4),
             textcoords="offset points",
             ha="right",
-            fontsize=7,
+            fontsize=8.5,
         )
-    axes.set_yticks(range(len(ordered)), [_label(row) for row in ordered], fontsize=8)
+    axes.set_yticks(range(len(ordered)), [_label(row) for row in ordered], fontsize=9)
     axes.set_ylim(-0.6, len(ordered) - 0.2)
     times = [row.median_s for row in rows] + [row.p99_s for row in rows]
     axes.set_xlim(min(times) / 6, max(times) * 1.6)
