@@ -14,8 +14,7 @@ from benchmark.figures.matplotlib_figure import matplotlib_figure
 from benchmark.figures.style import colours_of
 from benchmark.report.content import content
 from benchmark.report.report import PAGE, TEXT, write_content
-from benchmark.report.sentences import verdict_sentence
-from benchmark.report.terminal import answer_blocks
+from benchmark.report.terminal import PRINTED, terminal
 from benchmark.runner.about import NAME as ABOUT
 from benchmark.runner.about import about, read_about, session, write_about
 from benchmark.runner.interrupts import interrupted
@@ -102,7 +101,7 @@ def _sat(run: Mapping[str, Any], output: Path, sitting: Mapping[str, Any]) -> No
 
 
 def show_report(folder: Path, pictures: Path | None = None) -> None:
-    """Write the report of a finished run, print its matrix and its path.
+    """Write the report of a finished run, print its matrices, its answer and its path.
 
     Parameters
     ----------
@@ -117,7 +116,7 @@ def show_report(folder: Path, pictures: Path | None = None) -> None:
     suites = [find_suite(name) for name in names]
     found = content(results, suites, run)
     page = write_content(found, folder)
-    print_markdown("\n\n".join([*answer_blocks(found), verdict_sentence(found)]))
+    print_markdown(terminal(found, PRINTED))
     if pictures is not None:
         _draw_pictures([figure for part in found.parts for figure in part.figures], pictures)
     console.print(f"\nreport: {page}")

@@ -16,7 +16,6 @@ LARGEST_ROOM, LARGEST_SUITE = 0.35, 0.10
 LARGEST_BENCHMARK = 5000
 LARGEST_FILE = 250
 LARGER_FILES = {
-    "benchmark/figures/plotly_figure.py": "all that knows how plotly wants a figure",
     "estimation/observability.py": "the matrix and what is read from it",
     "suites/pen/figures.py": "one function a figure",
 }

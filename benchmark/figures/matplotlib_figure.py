@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,12 +10,23 @@ import numpy as np
 from benchmark.figures.band import band, interval_lengths
 from benchmark.figures.figure import Figure, Line, Panel
 from benchmark.figures.layout import places
-from benchmark.figures.style import LINE_WIDTH, PAGE, POINT_SIZE, Colour, Theme, colours_of
+from benchmark.figures.style import (
+    FILLED,
+    LINE_WIDTH,
+    MARKS,
+    PAGE,
+    Colour,
+    Theme,
+    colours_of,
+    stroke_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure as Drawing
+
+    from models.arrays import Array
 
 ALONE, STACKED, SQUARE = 3.2, 2.0, 3.6
 """Height in inches of a panel in a single row, of one of several rows, of a path on paper."""
@@ -23,6 +34,10 @@ ALONE, STACKED, SQUARE = 3.2, 2.0, 3.6
 WIDTH = 8.0
 LEGEND_CHARACTERS, HANDLE_CHARACTERS = 110, 7
 """What fits beside each other, and what a name's line takes of it."""
+MARKED = 40
+"""Points of a line that has a mark at each; a longer one has a few."""
+JAGGED = 6.0
+"""Ranges that a line without dashes goes up and down in all."""
 SHORT_AXIS = 100.0
 """Ratio of the ends of a logarithmic axis below which decades are too few to number it by."""
 
@@ -54,6 +69,7 @@ def matplotlib_figure(
             _draw(axes, line, panel, colours[line.name], theme)
         _dress(axes, panel, place.shows_x, theme)
         drawn.append(axes)
+    _scaled_alike(figure.panels, drawn)
     handles = {
         label: handle
         for axes in drawn
@@ -87,20 +103,45 @@ def _draw(axes: Axes, line: Line, panel: Panel, colour: Colour, theme: Theme) ->
             )
     x = np.asarray(line.x, dtype=float)
     y = np.where(np.isfinite(line.y), line.y, np.nan)
-    points = line.style == "points" or len(x) == 1
+    points, stroke = line.style == "points" or len(x) == 1, stroke_of(colour, line.style)
+    dash = () if line.style == "line" and _is_jagged(y) else stroke.dash
     axes.errorbar(
         x,
         y,
         yerr=None if lengths is None else np.stack(lengths),
         label=name,
         color=tint,
-        linestyle={"line": "-", "dashed": "--", "points": "none"}[line.style],
+        linestyle="none" if points else (0, dash) if dash else "-",
         linewidth=LINE_WIDTH[line.style] * 0.75,
         elinewidth=0.9,
         capsize=2,
-        marker="o" if points else "none",
-        markersize=POINT_SIZE * 0.6,
+        marker=MARKS[stroke.mark][1] if stroke.mark else "o" if points else "none",
+        markerfacecolor=tint if stroke.mark in ("", *FILLED) else "none",
+        markersize=3.4 if stroke.mark in FILLED else 5.5,
+        markeredgewidth=1.0,
+        markevery=1 if len(x) <= MARKED else (len(axes.lines) * 7 % 29, max(len(x) // 6, 1)),
     )
+
+
+def _is_jagged(y: Array) -> bool:
+    """Whether a line goes up and down so often that its dashes are not to be seen."""
+    seen = y[np.isfinite(y)]
+    return len(seen) > 1 and bool(np.abs(np.diff(seen)).sum() > JAGGED * np.ptp(seen))
+
+
+def _scaled_alike(panels: Sequence[Panel], drawn: Sequence[Axes]) -> None:
+    """Give a panel whose lines all have one value the y axis of one with the same label."""
+    told: dict[str, tuple[float, float]] = {}
+    flat = []
+    for panel, axes in zip(panels, drawn, strict=True):
+        values = np.concatenate([np.empty(0), *(np.asarray(line.y) for line in panel.lines)])
+        seen = values[np.isfinite(values)]
+        if len(seen) and np.ptp(seen) == 0 and not panel.y_log:
+            flat.append((panel, axes))
+        else:
+            told.setdefault(panel.y_label, axes.get_ylim())
+    for panel, axes in flat:
+        axes.set_ylim(told.get(panel.y_label))
 
 
 def _dress(axes: Axes, panel: Panel, shows_x: bool, theme: Theme) -> None:
@@ -129,11 +170,13 @@ def _dress(axes: Axes, panel: Panel, shows_x: bool, theme: Theme) -> None:
 
 def _number_decades(axis: Axis) -> None:
     """Write plain numbers on a logarithmic axis: at 1, 2, 5 where it is short, else at decades."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # slow to import
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
     low, high = sorted(axis.get_view_interval())
     is_short = low > 0 and high / low < SHORT_AXIS
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if is_short else (1.0,)))
+    locator = LogLocator(subs=(1.0, 2.0, 5.0) if is_short else (1.0,))
+    seen = [value for value in locator.tick_values(low, high) if low <= value <= high]
+    axis.set_major_locator(locator if len(seen) > 2 else MaxNLocator(4))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from types import MappingProxyType
 from typing import Literal
 
@@ -24,13 +25,6 @@ class Colour:
         """Return the colour for a theme."""
         return self.light if theme == "light" else self.dark
 
-    def band(self, theme: Theme) -> str:
-        """Return the colour of this line's band, as ``rgba(…)``."""
-        red, green, blue = (int(self.on(theme)[at : at + 2], 16) for at in (1, 3, 5))
-        return f"rgba({red}, {green}, {blue}, {BAND_OPACITY[theme]})"
-
-
-BAND_OPACITY: Mapping[Theme, float] = MappingProxyType({"light": 0.16, "dark": 0.24})
 
 NAMED: Mapping[str, Colour] = MappingProxyType(
     {
@@ -81,18 +75,70 @@ PAGE: Mapping[str, Colour] = MappingProxyType(
 """Colours of paper, text and axes; ``level-0`` to ``level-4`` shade good to bad figures."""
 
 LINE_WIDTH: Mapping[Style, float] = MappingProxyType({"line": 1.6, "dashed": 1.6, "points": 0.0})
-POINT_SIZE = 6.0
+
+MARKS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "dot": ("m-2.8 0a2.8 2.8 0 1 0 5.6 0a2.8 2.8 0 1 0-5.6 0z", "o"),
+        "square": ("m-4-4h8v8h-8z", "s"),
+        "triangle": ("m0-6.6l6 10.4h-12z", "^"),
+        "diamond": ("m0-7.4l7.4 7.4l-7.4 7.4l-7.4-7.4z", "D"),
+        "cross": ("m-4-4l8 8m0-8l-8 8", "x"),
+        "plus": ("m-5.5 0h11m-5.5-5.5v11", "+"),
+        "wedge": ("m0 6.6l6-10.4h-12z", "v"),
+        "ring": ("m-5.5 0a5.5 5.5 0 1 0 11 0a5.5 5.5 0 1 0-11 0z", "o"),
+        "star": ("m-4.5-2.6l9 5.2m0-5.2l-9 5.2m4.5-7.8v10.4", "1"),
+        "block": ("m-3-3h6v6h-6z", "s"),
+        "peak": ("m0-4.6l4.2 7.2h-8.4z", "^"),
+        "gem": ("m0-4.6l4.6 4.6l-4.6 4.6l-4.6-4.6z", "D"),
+        "drop": ("m0 4.6l4.2-7.2h-8.4z", "v"),
+        "bar": ("m0-6v12", "|"),
+        "hyphen": ("m-6 0h12", "_"),
+    }
+)
+"""Mark → its outline about a point as an SVG path in pixels, and matplotlib's sign. Those of the
+estimators lie in each other where they fall on one point, for all but the first are hollow."""
+
+FILLED = ("dot", "block", "peak", "gem", "drop")
+DASHES: tuple[tuple[float, ...], ...] = ((), (9.0, 3.0), (2.0, 3.0), (9.0, 3.0, 2.0, 3.0))
+DASHED: tuple[float, ...] = (5.0, 4.0)
+"""Of a line whose style is dashed, whatever its colour's stroke is."""
 
 
-def colours_of(figures: Iterable[Figure]) -> Mapping[str, Colour]:
+@dataclass(frozen=True)
+class Stroke:
+    """What tells a line apart without its colour: dashes in pixels, and a mark of `MARKS`."""
+
+    dash: tuple[float, ...] = ()
+    mark: str = ""
+
+
+_STROKES: Mapping[Colour, Stroke] = {NAMED[TRUTH]: Stroke()} | {
+    colour: Stroke(dash, mark)
+    for colour, dash, mark in zip(
+        (*list(NAMED.values())[1:], *OTHERS), cycle(DASHES), cycle(MARKS), strict=False
+    )
+}
+
+
+def stroke_of(colour: Colour, style: Style = "line") -> Stroke:
+    """Return the stroke of a line of a colour; the truth is a plain line."""
+    found = _STROKES[colour]
+    return Stroke(DASHED, found.mark) if style == "dashed" else found
+
+
+def colours_of(figures: Iterable[Figure], first: Iterable[str] = ()) -> Mapping[str, Colour]:
     """Return a colour for every line name in figures: one name has one colour in all of them.
 
     A name that `NAMED` has not takes the first of `OTHERS` that no line beside it in a
     figure has; beyond them the colours repeat.
+
+    Parameters
+    ----------
+    first : names that stand together before all figures
     """
-    groups = [_names(figure) for figure in figures]
+    groups = [tuple(first), *(_names(figure) for figure in figures)]
     found: dict[str, Colour] = {}
-    free = (*OTHERS, *NAMED.values())
+    free = (*OTHERS, *list(NAMED.values())[1:])
     for name in dict.fromkeys(name for group in groups for name in group):
         beside = {found[n] for group in groups if name in group for n in group if n in found}
         beside |= {NAMED[n] for group in groups if name in group for n in group if n in NAMED}
@@ -103,12 +149,3 @@ def colours_of(figures: Iterable[Figure]) -> Mapping[str, Colour]:
 
 def _names(figure: Figure) -> Sequence[str]:
     return list(dict.fromkeys(line.name for panel in figure.panels for line in panel.lines))
-
-
-def light_to_dark() -> Mapping[str, str]:
-    """Return every colour string that a light drawing may hold → the same for a dark one."""
-    lines = (*NAMED.values(), *OTHERS)
-    return MappingProxyType(
-        {colour.light: colour.dark for colour in (*PAGE.values(), *lines)}
-        | {colour.band("light"): colour.band("dark") for colour in lines}
-    )

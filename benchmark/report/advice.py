@@ -5,18 +5,69 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from benchmark.report.choice import ENOUGH, chosen_estimator, is_unseen, reliable
+from benchmark.report.choice import (
+    ENOUGH,
+    NO_INTERVAL,
+    OPTIMISING,
+    chosen_estimator,
+    is_unseen,
+    reliable,
+)
 from benchmark.report.matrix import NOT_OBSERVABLE, Cell, Matrix
 from benchmark.report.numbers import number
+
+BUDGETS = WITH, WITHOUT = "with a camera", "without a camera"
+YES, NO, OPEN = "yes", "no", "open"
+"""Whether optimising pays."""
+
+
+@dataclass(frozen=True)
+class Pick:
+    """What to take for a quantity on a budget.
+
+    Parameters
+    ----------
+    budget : `WITH` or `WITHOUT`; with a camera, its sensors may still be without
+    sensors, estimator, figure : empty where nothing shows the quantity
+    pays : whether an MHE pays with these sensors
+    why : of the estimator
+    cheaper : the cheapest sensors that show the quantity, where they are others
+    """
+
+    budget: str
+    sensors: str = ""
+    estimator: str = ""
+    figure: str = ""
+    pays: str = OPEN
+    why: str = ""
+    cheaper: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """Say what to take, and why."""
+        if not self.sensors:
+            return f"{self.why.capitalize()}."
+        cheaper = f" Cheapest that shows it: {self.cheaper}." if self.cheaper else ""
+        between = ";" if self.why == _ONE_SIDE else ":"
+        return (
+            f"Take {self.sensors} with {self.estimator} ({self.figure}){between} "
+            f"{self.why}.{cheaper}"
+        )
+
+
+_ONE_SIDE = "whether an MHE pays is open, because no run has both EKF and MHE"
 
 
 @dataclass(frozen=True)
 class Advice:
-    """What to take, in one sentence; what to take without a camera; what else there is."""
+    """What to take, a pick for every budget that the run knows of, and what else there is."""
 
-    take: str
-    without_camera: str
+    picks: Sequence[Pick]
     more: str
+
+    def of(self, budget: str) -> Pick | None:
+        """Return the pick of a budget, if there is one."""
+        return next((pick for pick in self.picks if pick.budget == budget), None)
 
 
 @dataclass(frozen=True)
@@ -33,17 +84,17 @@ def advice(matrix: Matrix) -> Advice:
 
     1. An estimator whose worst seed is far beyond another's with the same sensors
        (`benchmark.report.choice.is_far_beyond`) is named nowhere but as such.
-    2. The sensors are those of the smallest median RMSE, whichever estimator has it.
+    2. With a camera, the sensors are those of the smallest median RMSE, whichever estimator
+       has it. Without one they are the cheapest whose median is about as good as the smallest;
+       the cheapest that show the quantity at all are named beside them.
     3. With them, an MHE pays where its RMSE, run by run, is below the EKF's with 95 %
        confidence, and by more than one percent. Else the EKF is to be taken. Which MHE: the
        cheapest whose median is about as good as the best one's.
-    4. Without a camera: the cheapest sensors that show the quantity at all, with an estimator
-       by the same rule; where it is another one, the cheapest that is about as good as the best.
-    5. Next are the sensors with the smallest median RMSE among the others.
+    4. Next are the sensors with the smallest median RMSE among the others.
     """
     ranked = _ranked(matrix, matrix.sensors)
     if not ranked:
-        return Advice("Nothing in this run gives it: there is nothing to advise.", "", "")
+        return Advice((), "Nothing in this run gives it: there is nothing to advise.")
     sentences = []
     if len(ranked) > 1:
         first, other = ranked[:2]
@@ -54,9 +105,12 @@ def advice(matrix: Matrix) -> Advice:
             f"{other.estimator}{times}."
         )
     if blind := [name for name in matrix.sensors if is_unseen(matrix, name, NOT_OBSERVABLE)]:
-        words = _listed([_in_words(matrix, name) for name in blind])
+        words = listed([_in_words(matrix, name) for name in blind])
         sentences.append(f"{words[:1].upper()}{words[1:]}: not observable.")
-    return Advice(_take(matrix, ranked[0]), _without_camera(matrix, ranked[0]), " ".join(sentences))
+    table = matrix.configurations
+    cameras = any(name not in table or table[name].needs_camera for name in matrix.sensors)
+    picks = [_pick(matrix, WITH, ranked[0], ranked[0])] if cameras else []
+    return Advice([*picks, *_without_camera(matrix, ranked[0])], " ".join(sentences))
 
 
 def _ranked(matrix: Matrix, among: Sequence[str]) -> list[_Choice]:
@@ -69,42 +123,41 @@ def _ranked(matrix: Matrix, among: Sequence[str]) -> list[_Choice]:
     return sorted(found, key=lambda choice: choice.cell.median)
 
 
-def _take(matrix: Matrix, choice: _Choice) -> str:
-    sensors, cells = choice.sensors, reliable(matrix, choice.sensors)
-    take, why = chosen_estimator(matrix, sensors)
-    if not why:
-        take = choice.estimator
-        why = "whether an MHE pays is open, because no run has both EKF and MHE"
-        return f"Take {sensors} with {take} ({number(cells[take].median)} {matrix.unit}); {why}."
-    return f"Take {sensors} with {take} ({number(cells[take].median)} {matrix.unit}): {why}."
+def _pick(matrix: Matrix, budget: str, choice: _Choice, best: _Choice, cheaper: str = "") -> Pick:
+    take, why = chosen_estimator(matrix, choice.sensors)
+    pays = YES if take in OPTIMISING else OPEN if not why or NO_INTERVAL in why else NO
+    take, why = (take, why) if why else (choice.estimator, _ONE_SIDE)
+    figure = _figure(matrix, choice.sensors, take, best)
+    return Pick(budget, choice.sensors, take, figure, pays, why, cheaper)
 
 
-def _without_camera(matrix: Matrix, best: _Choice) -> str:
-    """Say what to take without a camera: the cheapest that shows it, and a better one if any."""
+def _without_camera(matrix: Matrix, best: _Choice) -> list[Pick]:
+    """Return what to take without a camera, if the run has sensors for it."""
     table = matrix.configurations
     known = [name for name in table if name in matrix.sensors]
     among = [name for name in known if not table[name].needs_camera]
     ranked = _ranked(matrix, among)
     if not ranked:
         blind = among and all(is_unseen(matrix, name, NOT_OBSERVABLE) for name in among)
-        return "Without a camera: not observable." if blind else ""
+        return [Pick(WITHOUT, pays=NO, why="not observable")] if blind else []
     cheapest = min(ranked, key=lambda choice: among.index(choice.sensors))
-    said = f"Cheapest without a camera: {_named(matrix, cheapest, best)}"
     good = [c for c in ranked if c.cell.median <= ENOUGH * ranked[0].cell.median]
     better = min(good, key=lambda choice: among.index(choice.sensors))
+    cheaper = ""
     if better.sensors != cheapest.sensors:
-        return f"{said}; best without: {_named(matrix, better, best)}."
-    return f"{said}."
+        take = chosen_estimator(matrix, cheapest.sensors)[0] or cheapest.estimator
+        figure = _figure(matrix, cheapest.sensors, take, best)
+        cheaper = f"{cheapest.sensors} with {take} ({figure})"
+    return [_pick(matrix, WITHOUT, better, best, cheaper)]
 
 
-def _named(matrix: Matrix, choice: _Choice, best: _Choice) -> str:
-    """Return ``accel+gyro with ekf (0.8 deg, 3 times the best)``."""
-    take = chosen_estimator(matrix, choice.sensors)[0] or choice.estimator
-    median = matrix.cell(choice.sensors, take).median
+def _figure(matrix: Matrix, sensors: str, estimator: str, best: _Choice) -> str:
+    """Return ``0.8 deg, 3.00 times the best``."""
+    median = matrix.cell(sensors, estimator).median
     times = ""
-    if choice.sensors != best.sensors and best.cell.median:
+    if sensors != best.sensors and best.cell.median:
         times = f", {number(median / best.cell.median)} times the best"
-    return f"{choice.sensors} with {take} ({number(median)} {matrix.unit}{times})"
+    return f"{number(median)} {matrix.unit}{times}"
 
 
 def _in_words(matrix: Matrix, sensors: str) -> str:
@@ -113,5 +166,6 @@ def _in_words(matrix: Matrix, sensors: str) -> str:
     return sensors if row is None or len(row.sensors) > 1 else f"{row.label} alone"
 
 
-def _listed(names: list[str]) -> str:
+def listed(names: list[str]) -> str:
+    """Return ``a, b and c``."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

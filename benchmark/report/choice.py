@@ -18,6 +18,7 @@ SIMPLE, OPTIMISING = "ekf", ("mhe-rti", "mhe")
 """The estimators of the question whether optimising pays, cheap ones first."""
 
 CONVERGED = OPTIMISING[-1]
+NO_INTERVAL = "the seeds of this run give no interval to tell whether it pays"
 ENOUGH = 1.05
 """What is cheaper is taken where its median is at most so many times the best one's."""
 
@@ -113,10 +114,7 @@ def _by_pairs(matrix: Matrix, sensors: str, other: str) -> tuple[str, str]:
     shown = f"95 % interval of {other} minus EKF: {ends} {unit}"
     if not ends:
         way = "below" if difference < 0 else "above"
-        return SIMPLE, (
-            f"{other} is {size} {way} the EKF, but the seeds of this run give no "
-            "interval to tell whether it pays"
-        )
+        return SIMPLE, (f"{other} is {size} {way} the EKF, but {NO_INTERVAL}")
     if verdict == BETTER:
         return other, f"optimising pays, {size} below the EKF ({shown}){_cost(mine, other)}"
     if verdict == SAME:

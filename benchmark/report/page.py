@@ -5,31 +5,22 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from functools import partial
 from importlib import resources
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from benchmark.figures.chart import chart
 from benchmark.figures.figure import Figure
-from benchmark.figures.plotly_figure import plotly_figure, plotly_layout, plotly_text
-from benchmark.figures.style import PAGE, Colour, Theme, colours_of, light_to_dark
-from benchmark.report.broken import MOST
-from benchmark.report.content import PAPERS_WORLD, SYMBOLS, TITLE, Content, ReportPart, slug
+from benchmark.figures.style import FILLED, MARKS, PAGE, Colour, Theme, colours_of, stroke_of
+from benchmark.report.choice import figures_of
+from benchmark.report.content import Content
 from benchmark.report.describe import describe
-from benchmark.report.matrix import LEVELS, SHOWN
-from benchmark.report.numbers import count, interval, number, seconds
-from benchmark.report.optimal import ABOUT_OPTIMUM, HEAD, OPTIMUM
-from benchmark.report.sentences import (
-    PAIR_SYMBOLS,
-    answer_is_about,
-    lead,
-    notes,
-    papers_world,
-    refuted,
-    verdict_sentence,
-)
-from benchmark.verdicts.judge import VERDICTS
+from benchmark.report.glance import axis_of
+from benchmark.report.glossary import explained, glossary
+from benchmark.report.matrix import LEVELS
+from benchmark.report.templates import template
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -37,92 +28,40 @@ if TYPE_CHECKING:
 SHOWN_AT_ONCE = 12
 """Lines of a table that stands open when the page opens."""
 
-
-@dataclass(frozen=True)
-class LegendEntry:
-    """A line's entry: its name, how plotly knows it, number of its colour, stroke."""
-
-    name: str
-    group: str
-    colour: int
-    style: str
-    band: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Drawn:
-    """A figure on the page.
-
-    Parameters
-    ----------
-    id : of its element
-    file_name : of a picture that is saved
-    height : in pixels, before it is drawn
-    json : for plotly, safe within a script element
-    """
-
-    id: str
-    figure: Figure
-    file_name: str
-    description: str
-    legend: Sequence[LegendEntry]
-    height: int
-    json: Markup
+Look = dict[str, Any]
+"""What a legend and ``chart.js`` must know of a line: name, number of its colour, dashes, mark."""
 
 
 def page(content: Content) -> str:
     """Return the HTML."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup, escape
-    from plotly.offline import get_plotlyjs
 
-    environment = Environment(
-        loader=PackageLoader("benchmark.report", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update(
-        number=number,
-        seconds=seconds,
-        count=count,
-        slug=slug,
-        breakable=lambda text: escape(text).replace("+", Markup("+<wbr>")),
-        capitalised=lambda text: text[:1].upper() + text[1:],
-        percent=lambda part: f"{number(100 * part)} %",
-    )
-    colours = colours_of(figure for part in content.parts for figure in part.figures)
-    plotly_js, page_js = _script(get_plotlyjs()), _script(_file("page.js"))
-    return environment.get_template("page.html.jinja").render(
+    figures = [figure for part in content.parts for figure in part.figures]
+    estimators = [name for answer in content.answers for name in answer.matrix.estimators]
+    colours = colours_of(figures, first=estimators)
+    looks = {name: _look(at, name, colour) for at, (name, colour) in enumerate(colours.items())}
+    script = _script(f"{_file('chart.js')}\n{_file('page.js')}")
+    filters = {
+        "breakable": lambda text: escape(text).replace("+", Markup("+<wbr>")),
+        "explained": explained,
+    }
+    return template("page.html.jinja", filters, autoescape=True).render(
         content=content,
-        title=TITLE,
-        lead=lead(content),
-        answer_is_about=answer_is_about(content),
-        optimum_title=OPTIMUM,
-        about_optimum=ABOUT_OPTIMUM,
-        optimum_head=HEAD,
-        papers_world=papers_world(content),
-        papers_world_title=PAPERS_WORLD,
-        verdict_sentence=verdict_sentence(content),
-        refuted=refuted(content),
-        notes=notes,
-        figures={part.name: _drawn(part, colours) for part in content.parts},
-        symbols=SYMBOLS,
-        pair_symbols=PAIR_SYMBOLS,
-        verdicts=VERDICTS,
-        interval=interval,
+        axis_of=axis_of,
+        figures_of=figures_of,
+        looks=looks,
+        estimators=list(dict.fromkeys(estimators)),
+        glossary=glossary(),
+        describe=describe,
+        legend=partial(_legend, looks=looks),
+        chart_json=lambda figure: script_json(chart(figure, colours)),
         levels=LEVELS,
         steps=list(pairwise(LEVELS)),
-        SHOWN=SHOWN,
         shown_at_once=SHOWN_AT_ONCE,
-        most_broken=MOST,
-        broken_tasks=lambda part: sum(len(row.seeds) for row in part.broken),
         style=Markup(_colour_rules(colours) + _file("page.css")),
-        dark_json=script_json(dict(light_to_dark())),
-        plotly_js=Markup(plotly_js),
-        page_js=Markup(page_js),
-        script_hashes=Markup(" ".join(_hash(script) for script in (plotly_js, page_js))),
+        looks_json=script_json(list(looks.values())),
+        script=Markup(script),
+        script_hashes=Markup(_hash(script)),
     )
 
 
@@ -136,34 +75,28 @@ def script_json(value: Any) -> Markup:
     return Markup(text)
 
 
-def _drawn(part: ReportPart, colours: Mapping[str, Colour]) -> list[Drawn]:
-    found = []
-    for at, figure in enumerate(part.figures):
-        spec = plotly_figure(figure, colours)
-        if figure.columns > 1:
-            spec["narrow"] = plotly_layout(figure, columns=1)
-        found.append(
-            Drawn(
-                f"figure-{slug(part.name)}-{at + 1}",
-                figure,
-                slug(figure.key) or "figure",
-                describe(figure),
-                _legend(figure, list(colours)),
-                spec["layout"]["height"],
-                script_json(spec),
-            )
-        )
-    return found
+def _look(number: int, name: str, colour: Colour) -> Look:
+    stroke, dashed = stroke_of(colour), stroke_of(colour, "dashed")
+    return {
+        "name": name,
+        "colour": number,
+        "dash": _dashes(stroke.dash),
+        "dashed": _dashes(dashed.dash),
+        "mark": MARKS[stroke.mark][0] if stroke.mark else "",
+        "filled": stroke.mark in FILLED,
+    }
 
 
-def _legend(figure: Figure, names: Sequence[str]) -> list[LegendEntry]:
-    found: dict[str, LegendEntry] = {}
+def _dashes(lengths: Iterable[float]) -> str:
+    return " ".join(f"{length:g}" for length in lengths)
+
+
+def _legend(figure: Figure, looks: Mapping[str, Look]) -> list[Look]:
+    """Return the looks of a figure's lines, each with its style and whether it has a band."""
+    found: dict[str, Look] = {}
     for line in (line for panel in figure.panels for line in panel.lines):
-        band = line.std is not None or (line.name in found and found[line.name].band)
-        style = found[line.name].style if line.name in found else line.style
-        found[line.name] = LegendEntry(
-            line.name, plotly_text(line.name), names.index(line.name), style, band
-        )
+        first = found.get(line.name, looks[line.name] | {"style": line.style, "band": False})
+        found[line.name] = first | {"band": first["band"] or line.std is not None}
     return list(found.values())
 
 

@@ -37,10 +37,10 @@ from suites.bad_starts.run import (
 RUNS_PER_TASK = 10
 
 FIGURE_CASES = ("writing-30", "writing-170", "calibrated-170", "strokes-30")
-"""A column of the figure each, where they were run."""
+"""A row of the figure each, where they were run."""
 
-LEAST_WIDTH = 5.4
-"""Inches that the title asks for."""
+WIDTH = 8.4
+"""Of the figure in inches: what a page is wide, so that its text can be read there."""
 
 Runs = Mapping[tuple[str, str], Sequence[BadStartRun]]
 """(case, estimator) → its runs, by seed."""
@@ -155,31 +155,33 @@ def _print(
 
 
 def bad_starts_figure(runs: Runs, cases: Sequence[str], estimators: Sequence[str]) -> Figure:
-    """Draw errors over time, a column per case: median and 10 to 90 % band of the runs."""
+    """Draw errors over time, a row per case: median and 10 to 90 % band of the runs."""
     figure, grid = plt.subplots(
-        len(QUANTITIES),
         len(cases),
-        figsize=(max(LEAST_WIDTH, 1.2 + 3.0 * len(cases)), 5.6),
+        len(QUANTITIES),
+        figsize=(WIDTH, 1.0 + 2.3 * len(cases)),
         layout="constrained",
-        sharey="row",
+        sharex=True,
+        sharey="col",
         squeeze=False,
     )
-    for row, (label, quantity) in zip(grid, QUANTITIES.items(), strict=True):
-        row[0].set_ylabel(label)
-        for axes, name in zip(row, cases, strict=True):
+    for row, name in zip(grid, cases, strict=True):
+        case = CASES[name]
+        told = KNOWLEDGE[case.knowledge].label
+        row[0].set_title(
+            f"{case.label}, start wrong by {case.start}°, told: {told}", fontsize=10, loc="left"
+        )
+        for axes, (label, quantity) in zip(row, QUANTITIES.items(), strict=True):
+            axes.set_ylabel(label)
             for place, estimator in enumerate(estimators):
                 of_pair = runs[name, estimator]
                 errors = np.array([quantity(run) for run in of_pair])
                 _draw(axes, of_pair[0].time_s, errors, estimator, f"C{place}")
             axes.set_yscale("log")
             axes.grid(alpha=0.3)
-    for axes, name in zip(grid[0], cases, strict=True):
-        case = CASES[name]
-        told = KNOWLEDGE[case.knowledge].label
-        axes.set_title(f"{case.label}\nstart wrong by {case.start}°\ntold: {told}", fontsize=9)
     for axes in grid[-1]:
         axes.set_xlabel("time / s")
-    grid[0, 0].legend(fontsize=8, loc="lower left")
+    grid[0, 0].legend(fontsize=10, loc="lower left")
     count = len(runs[cases[0], estimators[0]])
     figure.suptitle(
         f"A wrong attitude at the start: median and 10–90 % of {count} runs", fontsize=11

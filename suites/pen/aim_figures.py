@@ -41,10 +41,10 @@ def known_start(results: Results) -> Figure:
             for estimator, begin in OVER_TIME:
                 if begin is None or case == NO_SPIN:
                     lines += _grown(results, begin or case, estimator, quantity)
-            label = f"{quantity} error / {unit}"
+            label = f"{quantity} error ({unit})"
             title = f"{pen}: {quantity}"
             panels.append(
-                Panel(title, "time from the start / s", label, lines, x_log=True, y_log=True)
+                Panel(title, "time from the start (s)", label, lines, x_log=True, y_log=True)
             )
     return Figure(
         "pen-known-start",
@@ -93,7 +93,7 @@ def printed(results: Results) -> Figure:
             Panel(
                 f"{CONFIGURATIONS[sensors].label}: {quantity}",
                 "estimator",
-                f"{quantity} RMSE / {unit}",
+                f"{quantity} RMSE ({unit})",
                 [line for line in lines if line is not None],
                 y_log=True,
             )

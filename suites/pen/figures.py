@@ -26,7 +26,7 @@ from suites.pen.told_tolerance import SHOWN
 from suites.pen_quantities import SETTLING_S
 
 NAME = "pen"
-TIME = "time / s"
+TIME = "time (s)"
 QUANTITIES = (
     ("tilt_phi", "tilt φ", "deg"),
     ("tilt_theta", "tilt θ", "deg"),
@@ -61,7 +61,7 @@ def _strokes(results: Results) -> Iterator[Figure]:
             Panel(
                 f"{TURNTABLE_CONFIGURATIONS[sensors].label}: {label}",
                 TIME,
-                f"{label} / {unit}",
+                f"{label} ({unit})",
                 _over_time(results, ("ekf", "mhe"), case=case, sensors=sensors, quantity=quantity),
             )
             for quantity, label, unit in QUANTITIES
@@ -112,8 +112,8 @@ def _starts(results: Results) -> Figure:
         panels.append(
             Panel(
                 f"{configuration.label}: runs at the truth",
-                "error of the start / deg",
-                "tilt RMSE / deg",
+                "error of the start (deg)",
+                "tilt RMSE (deg)",
                 [line for line in lines if line is not None],
                 y_log=True,
             )
@@ -125,8 +125,8 @@ def _starts(results: Results) -> Figure:
         panels.append(
             Panel(
                 f"{configuration.label}: mirror solutions",
-                "error of the start / deg",
-                "runs in the mirror / %",
+                "error of the start (deg)",
+                "runs in the mirror (%)",
                 [line for line in lines if line is not None],
             )
         )
@@ -185,7 +185,7 @@ def _by_stroke(results: Results) -> Figure:
                 Panel(
                     f"{configuration.label}: {label}",
                     "stroke",
-                    f"RMSE of {label} / {unit}",
+                    f"RMSE of {label} ({unit})",
                     lines,
                     y_log=True,
                 )
@@ -205,7 +205,7 @@ def _elevation(results: Results) -> Figure:
         Panel(
             CONFIGURATIONS[sensors].label,
             TIME,
-            "elevation / deg",
+            "elevation (deg)",
             _over_time(
                 results, PEN_ESTIMATORS, case=REFERENCE, sensors=sensors, quantity="elevation"
             ),
@@ -232,7 +232,7 @@ def _spin_ignored(results: Results) -> Figure:
             of = {"suite": NAME, "case": case, "sensors": sensors, "quantity": "elevation"}
             line = results.lines(name, name == TRUTH, **of, estimator="ekf")
             lines += [] if line is None else [line]
-        panels.append(Panel(CONFIGURATIONS[sensors].label, TIME, "elevation / deg", lines))
+        panels.append(Panel(CONFIGURATIONS[sensors].label, TIME, "elevation (deg)", lines))
     return Figure(
         "pen-spin-ignored",
         "What believing in no spin costs",
@@ -268,7 +268,7 @@ def _paths(results: Results) -> Figure:
                 lines.append(Line(name, x.y[settled], y.y[settled]))
         if lines:
             panels.append(
-                Panel(CONFIGURATIONS[sensors].label, "x / mm", "y / mm", lines, equal=True)
+                Panel(CONFIGURATIONS[sensors].label, "x (mm)", "y (mm)", lines, equal=True)
             )
     return Figure(
         "pen-paths",
@@ -314,7 +314,7 @@ def _speeds(results: Results) -> Figure:
             Panel(
                 quantity,
                 "speed, handwriting = 1",
-                f"RMSE of {quantity} / {unit}",
+                f"RMSE of {quantity} ({unit})",
                 lines,
                 x_log=True,
                 y_log=True,

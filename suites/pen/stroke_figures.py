@@ -10,7 +10,7 @@ from models.turntable import paper_turntable
 from suites.pen.raw_readings import CHANNELS, RAW_SHOWN
 from suites.pen.told_tolerance import SHOWN, SWEEP
 
-NAME, TIME = "pen", "time / s"
+NAME, TIME = "pen", "time (s)"
 
 
 def raw_readings(results: Results) -> Figure:
@@ -34,7 +34,7 @@ def raw_readings(results: Results) -> Figure:
                 Panel(
                     f"{case.partition(': ')[2]}: {sensor}",
                     TIME,
-                    f"{sensor} / {unit}",
+                    f"{sensor} ({unit})",
                     [line for line in lines if line is not None],
                 )
             )
@@ -82,7 +82,7 @@ def told_tolerances(results: Results) -> Figure:
         panels.append(
             Panel(
                 case.partition(": ")[2],
-                "tolerance reached after / s, as told",
+                "tolerance reached after (s, as told)",
                 "noise, gyro / accel",
                 lines,
                 x_log=True,

@@ -76,13 +76,13 @@ def _over_rate(results: Results) -> Figure:
     frames = [replace(row, quantity="left_out_position") for row in by_sensors]
     panels = []
     for title, label, rows, more in (
-        ("ink by what an estimate knows", "ink distance / mm", by_time, DPOINT),
-        ("ink by sensors, from what had arrived", "ink distance / mm", by_sensors, {}),
-        ("frames left out by sensors", "left-out position / mm", frames, {}),
+        ("ink by what an estimate knows", "ink distance (mm)", by_time, DPOINT),
+        ("ink by sensors, from what had arrived", "ink distance (mm)", by_sensors, {}),
+        ("frames left out by sensors", "left-out position (mm)", frames, {}),
     ):
         lines = [*_lines(results, rows), *_published(more)]
         drawn = lines if any(line.style == "line" for line in lines) else []
-        panels.append(Panel(title, "camera rate / Hz", label, drawn, x_log=True, y_log=True))
+        panels.append(Panel(title, "camera rate (Hz)", label, drawn, x_log=True, y_log=True))
     return Figure(
         "real-camera-rate",
         "What a slower camera costs, and what waiting brings",
@@ -136,7 +136,7 @@ def _ingredients(results: Results) -> Figure:
             if ratios:
                 lines.append(Line(f"no {name}", np.array([*ratios]), np.array([*ratios.values()])))
         panels.append(
-            Panel(estimator, "camera rate / Hz", "ink distance more by / %", lines, x_log=True)
+            Panel(estimator, "camera rate (Hz)", "ink distance more by (%)", lines, x_log=True)
         )
     return Figure(
         "real-ingredients",
@@ -166,7 +166,7 @@ def _paths(results: Results) -> Figure:
             )
             if x is not None and y is not None:
                 lines.append(Line(sensors, x.y, y.y))
-        panels.append(Panel(case, "x / mm", "y / mm", lines, equal=True))
+        panels.append(Panel(case, "x (mm)", "y (mm)", lines, equal=True))
     return Figure(
         "real-paths",
         "The tip on the paper, with and without inertial sensors",
@@ -198,7 +198,7 @@ def _elevation(results: Results) -> Figure:
             )
             if line is not None:
                 lines.append(replace(line, style="dashed") if name == CAMERA else line)
-        panels.append(Panel(f"{sensors}, {case}", "time / s", "elevation / deg", lines))
+        panels.append(Panel(f"{sensors}, {case}", "time (s)", "elevation (deg)", lines))
     return Figure(
         "real-elevation",
         "Elevation without a camera",

@@ -9,9 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmark.report.advice import Advice, advice
+from benchmark.report.advice import NO, OPEN, WITH, WITHOUT, YES, Advice, advice
 from benchmark.report.belief import costs_of_belief
 from benchmark.report.choice import is_far_beyond
+from benchmark.report.content import Answer
+from benchmark.report.in_short import headlines, in_short
 from benchmark.report.matrix import MATRIX, SHOWN, Cell, Matrix, matrices
 from tests.benchmark.verdicts.results_table import seeds, table
 
@@ -45,8 +47,13 @@ def advised(runs: Runs, blind: Sequence[str] = (), **more: Any) -> Advice:
     return advice(matrix(runs, blind, **more))
 
 
+def said(found: Advice, budget: str = WITHOUT) -> str:
+    pick = found.of(budget)
+    return pick.sentence if pick else ""
+
+
 def everything(found: Advice) -> str:
-    return " ".join((found.take, found.without_camera, found.more))
+    return " ".join((said(found, WITH), said(found, WITHOUT), found.more))
 
 
 STEADY = [0.20, 0.21, 0.22, 0.23]
@@ -59,16 +66,16 @@ def test_an_estimator_with_a_lost_seed_is_never_named(claimed: float) -> None:
     """Whatever it claims: ``take gyro with ekf … worst seed 50.6 with ekf, 0.28 with mhe-rti``."""
     runs = {("gyro", "ekf"): LOST, ("gyro", "mhe-rti"): STEADY}
     found = advised(runs, claimed=claimed)
-    assert found.take.startswith("Take gyro with mhe-rti (0.215 deg): the worst seed of ekf is")
-    assert "50.6 deg" in found.take
-    assert found.take.endswith("far beyond 0.230 with mhe-rti.")
+    assert said(found).startswith("Take gyro with mhe-rti (0.215 deg): the worst seed of ekf is")
+    assert "50.6 deg" in said(found)
+    assert said(found).endswith("far beyond 0.230 with mhe-rti.")
     assert "with ekf" not in everything(found)
-    assert found.without_camera == "Cheapest without a camera: gyro with mhe-rti (0.215 deg)."
+    assert [(pick.budget, pick.pays, pick.cheaper) for pick in found.picks] == [(WITHOUT, YES, "")]
 
 
 def test_nor_is_an_mhe_with_a_lost_seed() -> None:
     found = advised({("gyro", "ekf"): STEADY, ("gyro", "mhe-rti"): LOST})
-    assert found.take.startswith("Take gyro with ekf (0.215 deg): the worst seed of mhe-rti is")
+    assert said(found).startswith("Take gyro with ekf (0.215 deg): the worst seed of mhe-rti is")
     assert "with mhe-rti" not in everything(found)
 
 
@@ -80,7 +87,8 @@ def test_a_lost_seed_makes_no_sensors_the_best() -> None:
         ("camera", "mhe-rti"): [1.0, 1.0, 1.1, 1.1],
     }
     found = advised(runs)
-    assert found.take.startswith("Take camera with ekf")
+    assert said(found, WITH).startswith("Take camera with ekf")
+    assert said(found, WITHOUT).startswith("Take gyro with mhe-rti (2.00 deg, 1.90 times the best)")
     assert found.more.startswith("Next: gyro, 2.00 deg with mhe-rti")
 
 
@@ -91,7 +99,7 @@ def test_of_two_mhes_the_one_that_is_lost_is_not_named() -> None:
         ("gyro", "mhe"): STEADY,
     }
     found = advised(runs)
-    assert found.take.startswith("Take gyro with mhe (0.215 deg)")
+    assert said(found).startswith("Take gyro with mhe (0.215 deg)")
     assert "with mhe-rti" not in everything(found)
 
 
@@ -103,8 +111,9 @@ def test_seeds_without_a_figure_are_lost_seeds() -> None:
         np.nan,
     )
     (found,) = matrices(of)
-    said = advice(found)
-    assert said.take == ("Take gyro with ekf (0.215 deg): mhe-rti has no figure for 1 of 4 seeds.")
+    assert said(advice(found)) == (
+        "Take gyro with ekf (0.215 deg): mhe-rti has no figure for 1 of 4 seeds."
+    )
 
 
 def cell(high: float, by_claim: float = float("nan"), seeds: int = 4) -> Cell:
@@ -151,34 +160,36 @@ ALONE = {
 
 def test_the_cheapest_without_a_camera_and_what_is_not_observable() -> None:
     found = advised(ALONE, blind=("accel", "gyro"))
-    assert found.take.startswith("Take accel+gyro+camera with ekf (0.100 deg)")
-    assert found.without_camera == (
-        "Cheapest without a camera: accel+gyro with ekf (1.00 deg, 10.0 times the best); "
-        "best without: accel+gyro+contact with ekf (0.900 deg, 9.00 times the best)."
+    assert said(found, WITH).startswith("Take accel+gyro+camera with ekf (0.100 deg)")
+    assert said(found, WITHOUT) == (
+        "Take accel+gyro+contact with ekf (0.900 deg, 9.00 times the best); whether an MHE pays "
+        "is open, because no run has both EKF and MHE. "
+        "Cheapest that shows it: accel+gyro with ekf (1.00 deg, 10.0 times the best)."
     )
+    assert [pick.pays for pick in found.picks] == [OPEN, OPEN]
     assert "Accelerometer alone and gyroscope alone: not observable." in found.more
 
 
 def test_one_that_is_not_observable() -> None:
     found = advised(ALONE, blind=("gyro",))
     assert found.more.endswith("Gyroscope alone: not observable.")
-    assert found.without_camera.startswith("Cheapest without a camera: accel with ekf (5.00 deg")
-    assert "best without: accel+gyro+contact with ekf" in found.without_camera
+    assert said(found).startswith("Take accel+gyro+contact with ekf (0.900 deg")
+    assert "Cheapest that shows it: accel with ekf (5.00 deg" in said(found)
 
 
 def test_the_best_without_a_camera_has_no_needless_sensor() -> None:
     runs = {**ALONE, ("accel+gyro+contact", "ekf"): [0.88, 0.98, 1.08]}
     found = advised(runs, blind=("accel", "gyro"))
-    assert found.without_camera == (
-        "Cheapest without a camera: accel+gyro with ekf (1.00 deg, 10.0 times the best)."
-    )
+    assert said(found).startswith("Take accel+gyro with ekf (1.00 deg, 10.0 times the best)")
+    assert "heapest" not in said(found)
 
 
 def test_nothing_without_a_camera_is_said_to_be_so() -> None:
     inertial = tuple(sensors for sensors, _ in ALONE if "camera" not in sensors)
-    assert advised(ALONE, blind=inertial).without_camera == "Without a camera: not observable."
+    blind = advised(ALONE, blind=inertial)
+    assert said(blind) == "Not observable."
     with_camera = {key: value for key, value in ALONE.items() if "camera" in key[0]}
-    assert advised(with_camera).without_camera == ""
+    assert advised(with_camera).of(WITHOUT) is None
 
 
 def test_an_infinite_figure_is_not_called_not_observable() -> None:
@@ -190,6 +201,46 @@ def test_an_infinite_figure_is_not_called_not_observable() -> None:
 def test_nothing_to_advise() -> None:
     found = advised({("gyro", "ekf"): [1.0]}, blind=("gyro",))
     assert everything(found).strip() == "Nothing in this run gives it: there is nothing to advise."
+    assert headlines([Answer(matrix({("gyro", "ekf"): [1.0]}, blind=("gyro",)), found)]) == []
+
+
+def test_the_answer_in_short() -> None:
+    """A sentence per budget, how often optimising pays, and a row per quantity and budget."""
+    better = {
+        ("gyro", "ekf"): [2.0, 2.1, 2.2, 2.3],
+        ("gyro", "mhe"): [1.0, 1.05, 1.1, 1.15],
+        ("camera", "ekf"): [0.5, 0.6, 0.7, 0.8],
+        ("camera", "mhe"): [0.501, 0.6, 0.7, 0.8],
+    }
+    of = rows(better)
+    tip = of.assign(quantity="tip", unit="mm", observable=of["sensors"] != "gyro")
+    answers = [Answer(found, advice(found)) for found in matrices(pd.concat([of, tip]))]
+    assert headlines(answers) == [
+        "With a camera: take camera with ekf for elevation and tip.",
+        "Without a camera: take gyro with mhe for elevation; tip cannot be observed.",
+        "Optimising pays in 1 of these 3 choices: for elevation without a camera.",
+    ]
+    found = in_short(answers)
+    assert [row[:5] for row in found] == [
+        ("elevation", WITH, "camera", "ekf", "0.650 deg"),
+        ("elevation", WITHOUT, "gyro", "mhe", "1.08 deg, 1.65 times the best"),
+        ("tip", WITH, "camera", "ekf", "0.650 mm"),
+        ("tip", WITHOUT, "not observable", "–", "–"),
+    ]
+    pays = [row[5].partition(":")[0] for row in found]
+    assert pays == [NO, YES, NO, "–"]
+    assert all(answer.advice.of(WITH).sentence.startswith("Take camera") for answer in answers)  # type: ignore[union-attr]
+
+
+def test_where_optimising_pays_nowhere_it_is_said_so() -> None:
+    of_each = {"ekf": [1.0, 1.1, 1.2], "mhe": [1.0, 1.1, 1.201]}
+    same = {(s, e): of_each[e] for s in ("gyro", "camera") for e in of_each}
+    found = matrix(same)
+    said_last = headlines([Answer(found, advice(found))])[-1]
+    assert said_last == (
+        "Optimising pays in none of these 2 choices: "
+        "nothing shows the EKF worse there, and it is cheaper."
+    )
 
 
 def test_what_believing_in_no_spin_costs() -> None:

@@ -12,14 +12,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmark.report.advice import advice
+from benchmark.report.advice import NO, OPEN, WITH, YES, advice
 from benchmark.report.content import PAPERS_WORLD, content
+from benchmark.report.in_short import headlines
 from benchmark.report.made_with import duration_s, made_with
 from benchmark.report.matrix import FAILED, NO_FIGURE, NOT_OBSERVABLE, NOT_RUN, matrices
 from benchmark.report.numbers import interval, number, seconds
 from benchmark.report.page import script_json
 from benchmark.report.report import write_content
-from benchmark.report.terminal import table
+from benchmark.report.terminal import PRINTED, aligned, terminal
 from benchmark.tasks.results import Results
 from tests.benchmark.report import synthetic
 
@@ -73,6 +74,11 @@ def test_nothing_is_loaded(elements: Elements) -> None:
         assert (attributes.get("href") or "#").startswith("#")
 
 
+def test_a_page_is_small(written: Path) -> None:
+    """Its figures have up to 1,000 points a line here; a whole run must stay below 3 MB."""
+    assert (written / "report.html").stat().st_size < 250_000
+
+
 def test_style_loads_nothing(written: Path) -> None:
     style = re.search(r"<style>(.*?)</style>", (written / "report.html").read_text("utf-8"), re.S)
     assert style is not None
@@ -85,18 +91,18 @@ def test_labels_are_text(elements: Elements) -> None:
     for label in synthetic.NASTY:
         assert label in elements.text
     kinds = [attributes.get("type") for tag, attributes in elements.found if tag == "script"]
-    assert kinds.count(None) == 2  # plotly and the page's own
-    assert len(kinds) == 2 + 4 + 1  # figures and the table of colours
+    assert kinds.count(None) == 1  # the page's own
+    assert len(kinds) == 1 + 4 + 1  # figures and the table of strokes
 
 
 def test_answer_comes_first(written: Path) -> None:
     for name in ("report.html", "report.md"):
         text = (written / name).read_text("utf-8")
         text = text[text.find("<main>") + 1 :]
-        places = [
-            text.index(word)
-            for word in ("The answer", "accel+gyro+camera", "Of 9 claims", "ten motions")
-        ]
+        words = ("The answer", "With a camera", "Without a camera", "ptimising pays")
+        words += ("best", "Of 9 claims", "ten motions")
+        text = re.sub("<[^>]*>", "", text)
+        places = [text.index(word) for word in words]
         assert places == sorted(places)
 
 
@@ -110,10 +116,11 @@ def test_the_pen_that_cannot_spin_stands_apart(written: Path) -> None:
     """After the answer, with what it costs to believe in it, and without advice."""
     for name in ("report.html", "report.md"):
         text = unescape((written / name).read_text("utf-8"))
-        text = text[text.find("<main>") + 1 :].partition("Of 9 claims")[0]
+        text = re.sub("<[^>]*>", "", text[text.find("<main>") + 1 :]).partition("Of 9 claims")[0]
         answer, _, apart = text.rpartition(PAPERS_WORLD)
         assert "Take accel+gyro+camera with mhe" in answer
-        assert "Cheapest without a camera: accel with mhe" in answer
+        assert "accel+gyro+contact with" in answer
+        assert "Without a camera: take " in answer
         assert synthetic.NO_SPIN not in answer
         assert synthetic.NO_SPIN in apart
         assert "accel+gyro: elevation 21.6 deg off, claiming 0.0200 (with mhe)" in apart
@@ -150,9 +157,16 @@ def test_markdown_rows_have_as_many_cells_as_their_head(written: Path) -> None:
     assert "the solver \\| gave up here" in "\n".join(lines)
 
 
-def test_table_escapes() -> None:
-    lines = table(["a|b"], [["<i>\nx"]]).split("\n")
-    assert lines == ["| a\\|b   |", "|--------|", "| \\<i> x |"]
+def test_tables_have_columns_of_even_width() -> None:
+    lines = aligned("| a\\|b |\n|---|\n| \\<i> x |\n\nnone").split("\n")
+    assert lines == ["| a\\|b   |", "|--------|", "| \\<i> x |", "", "none"]
+
+
+def test_every_label_is_escaped_in_markdown(written: Path) -> None:
+    text = (written / "report.md").read_text("utf-8")
+    assert "row 41 of \\<img" in text
+    outside_code = re.sub(r"`[^`]*`", "", text)
+    assert not re.search(r"(?<!\\)<", outside_code)
 
 
 def test_matrix_has_medians_and_words() -> None:
@@ -205,9 +219,12 @@ def test_advice_follows_the_numbers(change: list[float], says: str) -> None:
     mhe["rmse"] = 1.0 + np.array(change)
     rows = pd.concat([rows[rows["estimator"] == "ekf"], mhe])
     (matrix,) = matrices(rows)
-    found = advice(matrix)
-    assert found.take.startswith("Take camera " + says)
-    assert found.take.count(". ") == 0
+    pick = advice(matrix).of(WITH)
+    assert pick is not None
+    assert pick.sentence.startswith("Take camera " + says)
+    assert pick.sentence.count(". ") == 0
+    pays = {"optimising pays": YES, "the seeds of this run give no interval": OPEN}
+    assert pick.pays == next((word for key, word in pays.items() if key in pick.why), NO)
 
 
 def test_single_suite_and_empty_run_are_reported(tmp_path: Path) -> None:
@@ -249,3 +266,21 @@ def test_times_and_intervals_are_short() -> None:
     assert [seconds(v) for v in (4.5e-5, 0.0021, 3.0)] == ["45.0 µs", "2.10 ms", "3.00 s"]
     assert interval(1.0, 2.0) == "1.00 to 2.00"
     assert interval(1.0, 1.0) == interval(float("nan"), 1.0) == ""
+
+
+def test_a_run_prints_its_answer_last(tmp_path: Path) -> None:
+    """Per quantity and budget which sensors, and whether optimising pays; as the page says it."""
+    found = content(synthetic.results(), synthetic.suites(tmp_path), synthetic.RUN)
+    printed = terminal(found, PRINTED)
+    matrix, _, answer = printed.partition("## The answer")
+    assert "### elevation (deg)" in matrix
+    lines = answer.strip().split("\n")
+    for sentence in headlines(found.answers):
+        assert sentence in lines
+    rows = [line.split(" | ") for line in lines if line.startswith("| ")][1:]
+    assert len(rows) == sum(len(answer.advice.picks) for answer in found.answers)
+    page = re.sub("<[^>]*>", "", unescape(write_content(found, tmp_path).read_text("utf-8")))
+    for answer in found.answers:
+        for pick in answer.advice.picks:
+            assert pick.sentence in page
+            assert " ".join(pick.sentence.split()) in printed

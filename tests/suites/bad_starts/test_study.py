@@ -76,7 +76,7 @@ def test_the_figure_draws_medians_of_absolute_errors() -> None:
     }
     figure = bad_starts_figure(runs, FIGURE_CASES, ("ekf", "mhe"))
     assert len(figure.axes) == len(FIGURE_CASES) * len(QUANTITIES)
-    for axes, label, factor in ((figure.axes[0], "up", 1), (figure.axes[4], "rate", 3)):
+    for axes, label, factor in ((figure.axes[0], "up", 1), (figure.axes[1], "rate", 3)):
         assert label in axes.get_ylabel()
         assert " / rad" in axes.get_ylabel() or " / (rad/s)" in axes.get_ylabel()
         ekf, mhe = axes.get_lines()[0], axes.get_lines()[2]
