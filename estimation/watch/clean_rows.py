@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
-from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from estimation.recording import Measurement
 from estimation.status import Status
 from estimation.watch.asked import NEVER_CALMER, Calmer, Known
 from estimation.watch.livelier import MotionLevels, factor_down
-from estimation.watch.past import PastRow
+from estimation.watch.past import NONE_DROPPED, PastRow, RowsOfChunk
 from estimation.watch.quiet import Quiet
 from estimation.watch.reach import Reach
 from estimation.watch.state import WatchState, changed
@@ -28,7 +28,6 @@ GAP_S = 0.05
 """A step that is longer may lose what was known."""
 LEVEL_S = 3.0
 """So long a level of motion is kept at least."""
-NONE_DROPPED = frozenset[int]()
 
 
 class CleanRows:
@@ -109,9 +108,7 @@ class CleanRows:
         assert state.time_s is not None
         newest_s = max(state.time_s, float(time_s[:count].max()))
         given = self._kept(state, y[:count])
-        past = state.past.after(
-            tuple(map(PastRow, time_s[:count].tolist(), given, repeat(NONE_DROPPED)))
-        )
+        past = state.past.after_chunk(RowsOfChunk(time_s[:count].copy(), given))
         if past.is_due():
             past = past.anchored(inner, newest_s, self._replay_s)
         state = replace(
@@ -139,18 +136,7 @@ class CleanRows:
     ) -> tuple[int, Array, NDArray[np.bool_]]:
         """Return how many rows need no look, and the statistics and what is known behind them."""
         assert state.time_s is not None
-        components = self._components
-        stds = np.vstack([state.std[components], history.std[:, components]])
-        is_found = stds < self._reach.found[components]
-        known = np.logical_or.accumulate(np.vstack([state.known[components], is_found[1:]]))
-        newest = np.maximum.accumulate(np.concatenate([[state.time_s], time_s]))
-        is_late, gaps = time_s < newest[:-1], time_s - newest[:-1]
-        unsure = known[:-1].any(axis=1) & (
-            (gaps > GAP_S) | (known[:-1] & ~is_found[:-1]).any(axis=1)
-        )
-        is_lost = (known[:-1] & (stds[1:] > self._reach.lost[components])).any(axis=1)
-        looked_at = np.flatnonzero((unsure & ~is_late) | is_lost)
-        most = int(looked_at[0]) if len(looked_at) else len(time_s)
+        most, known = self._sure(state, time_s, history.std[:, self._components])
         memory, rows = state.memory.copy(), slice(most)
         v, S = history.innovation, history.innovation_covariance
         count = self._quiet.clean(
@@ -162,16 +148,45 @@ class CleanRows:
             newest_s=state.time_s,
             calmer=_calmer(state),
         )
+        if known is None:
+            return count, memory, state.known
         whole = state.known.copy()
-        whole[components] = known[count]
+        whole[self._components] = known[count]
         return count, memory, whole
 
-    def _kept(self, state: WatchState, y: Array) -> list[Array]:
+    def _sure(
+        self, state: WatchState, time_s: Array, std: Array
+    ) -> tuple[int, NDArray[np.bool_] | None]:
+        """Return before how many rows nothing can be lost, and what is known in front of each.
+
+        The second is None where that is always what it was.
+
+        Parameters
+        ----------
+        time_s : (n,) of the rows
+        std : (n, k) deviations of the components that may be lost
+        """
+        components, found = self._components, self._reach.found[self._components]
+        stds = np.concatenate([state.std[None, components], std])
+        is_found, was_known = stds < found, state.known[components]
+        newest = np.maximum.accumulate(np.concatenate([[state.time_s], time_s]))
+        gaps = time_s - newest[:-1]
+        if (is_found == was_known).all() and gaps.max() <= GAP_S:
+            return len(time_s), None
+        known = np.logical_or.accumulate(np.concatenate([was_known[None], is_found[1:]]))
+        unsure = known[:-1].any(axis=1) & (
+            (gaps > GAP_S) | (known[:-1] & ~is_found[:-1]).any(axis=1)
+        )
+        is_lost = (known[:-1] & (std > self._reach.lost[components])).any(axis=1)
+        looked_at = np.flatnonzero((unsure & (gaps >= 0)) | is_lost)
+        return int(looked_at[0]) if len(looked_at) else len(time_s), known
+
+    def _kept(self, state: WatchState, y: Array) -> Sequence[Array]:
         """Return copies of rows, with the inputs that were known before where they have none."""
-        rows = list(y.copy())  # whoever gave them may write the next ones there
+        rows = y.copy()  # whoever gave them may write the next ones there
         if not self._model.n_u:
             return rows
-        return rows_with_inputs(self._model, rows, last=state.past.newest)
+        return rows_with_inputs(self._model, list(rows), last=state.past.newest)
 
 
 def _calmer(state: WatchState) -> Calmer:

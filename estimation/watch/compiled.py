@@ -82,7 +82,12 @@ class CompiledStatistics:
         self._library = ctypes.CDLL(str(path))
         pointer, real, integer = ctypes.c_void_p, ctypes.c_double, ctypes.c_longlong
         self._clean = self._library["watch_clean"]
-        self._clean.argtypes = [pointer, pointer, real, integer, *[pointer] * 4, *[real] * 3]
+        apart = [pointer, integer] * 2
+        self._clean.argtypes = [
+            *[pointer, pointer, real, integer, pointer, pointer],
+            *apart,
+            *[real] * 3,
+        ]
         self._clean.restype = integer
         self._one = self._library["watch_one"]
         places, numbers = [pointer] * 3, [real] * 3
@@ -102,13 +107,15 @@ class CompiledStatistics:
         calmer: Calmer,
     ) -> int:
         """See `estimation.watch.quiet.Quiet.clean`."""
-        arrays = [np.ascontiguousarray(each) for each in (time_s, y, v, S)]
+        given = [np.ascontiguousarray(each) for each in (time_s, y)]
+        apart = [_rows_apart(each) for each in (v, S)]
         found: int = self._clean(
             self._self,
             address(memory),
             newest_s,
             len(time_s),
-            *map(address, arrays),
+            *map(address, given),
+            *(part for each in apart for part in (_start(each), each.strides[0] // each.itemsize)),
             *calmer,
         )
         return found
@@ -145,3 +152,14 @@ class CompiledStatistics:
             *calmer,
         )
         return (after, std) if is_clean else None
+
+
+def _rows_apart(array: Array) -> Array:
+    """Return an array (n, …) whose rows are contiguous, however far they are apart."""
+    is_whole = array.strides[1:] == np.empty(array.shape[1:]).strides
+    return array if is_whole else np.ascontiguousarray(array)
+
+
+def _start(array: Array) -> int:
+    """Return the address of an array's first number."""
+    return int(array.__array_interface__["data"][0])

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from models.arrays import Array
 from models.gaussian import GaussianState
 
 BETWEEN_ANCHORS = 50
 """Rows from one state that is kept to the next: fewer make an alarm cheaper and keep more."""
+NONE_DROPPED = frozenset[int]()
 
 
 class PastRow(NamedTuple):
@@ -45,36 +51,74 @@ class Anchor:
     gaussian: GaussianState | None = None
 
 
+class RowsOfChunk(Sequence[PastRow]):
+    """Rows of which nothing was dropped, made when somebody asks for them: few ever do.
+
+    Parameters
+    ----------
+    time_s : (n,)
+    y : n rows, as of `PastRow`
+    """
+
+    def __init__(self, time_s: Array, y: Sequence[Array]) -> None:
+        self.time_s, self._y = time_s, y
+
+    @cached_property
+    def _rows(self) -> list[PastRow]:
+        dropped = itertools.repeat(NONE_DROPPED)
+        return list(map(PastRow, self.time_s.tolist(), self._y, dropped))
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def __getitem__(self, at: Any) -> Any:
+        if isinstance(at, slice):
+            return RowsOfChunk(self.time_s[at], self._y[at])
+        return PastRow(float(self.time_s[at]), self._y[at], NONE_DROPPED)
+
+    def __iter__(self) -> Iterator[PastRow]:
+        return iter(self._rows)
+
+    def __reversed__(self) -> Iterator[PastRow]:
+        return reversed(self._rows)
+
+
 @dataclass(frozen=True, eq=False)
 class Past:
     """Rows since the oldest anchor, in the order in which they came.
 
-    In two parts: a row more copies the newer of them only.
+    In parts: a row more copies the newest of them only, and the rows of a chunk are made late.
     """
 
     anchors: tuple[Anchor, ...]
-    older: tuple[PastRow, ...] = ()
     newer: tuple[PastRow, ...] = ()
+    older: tuple[Sequence[PastRow], ...] = ()
 
-    @property
+    @cached_property
     def rows(self) -> tuple[PastRow, ...]:
         """All of them."""
-        return self.older + self.newer
+        return tuple(itertools.chain(*self.older, self.newer))
 
     @property
     def newest(self) -> Array | None:
         """(n_row,) the last row with all its inputs; None before the first."""
-        rows = self.newer or self.older
-        return rows[-1].y if rows else None
+        if self.newer:
+            return self.newer[-1].y
+        return self.older[-1][-1].y if self.older else None
 
     @property
     def count(self) -> int:
         """Number of all rows since the start."""
-        return self.anchors[0].number + len(self.older) + len(self.newer)
+        return self.anchors[0].number + sum(map(len, self.older)) + len(self.newer)
 
     def after(self, rows: tuple[PastRow, ...]) -> Past:
         """Return it with more rows."""
-        return Past(self.anchors, self.older, self.newer + rows)
+        return Past(self.anchors, self.newer + rows, self.older)
+
+    def after_chunk(self, rows: Sequence[PastRow]) -> Past:
+        """Return it with more rows that are not looked at, at least one."""
+        older = (*self.older, self.newer) if self.newer else self.older
+        return Past(self.anchors, (), (*older, rows))
 
     def is_due(self) -> bool:
         """Whether there is a state to keep."""
@@ -87,20 +131,37 @@ class Past:
         usable = [i for i, each in enumerate(anchors) if is_before(each, first)]
         oldest = usable[-1] if usable else 0
         forgotten = anchors[oldest].number - anchors[0].number
-        return Past(anchors[oldest:], self.rows[forgotten:])
+        kept = list[Sequence[PastRow]]()
+        for part in (*self.older, self.newer):
+            if len(part) > forgotten:
+                kept.append(part[forgotten:] if forgotten else part)
+            forgotten = max(forgotten - len(part), 0)
+        return Past(anchors[oldest:], (), tuple(kept))
 
     def first_since(self, time_s: float) -> int:
         """Return the number of the first of the rows that are all not older than an instant."""
         number = self.count
-        for row in reversed(self.rows):
-            if row.time_s < time_s:
+        for part in reversed((*self.older, self.newer)):
+            since = _since(part, time_s)
+            number -= since
+            if since < len(part):
                 break
-            number -= 1
         return number
 
     def since(self, number: int) -> tuple[PastRow, ...]:
         """Return the rows from a number on."""
         return self.rows[number - self.anchors[0].number :]
+
+
+def _since(rows: Sequence[PastRow], time_s: float) -> int:
+    """Return how many rows, the last ones, are all not older than an instant."""
+    if isinstance(rows, RowsOfChunk):
+        older = np.flatnonzero(rows.time_s < time_s)
+        return len(rows) - int(older[-1]) - 1 if len(older) else len(rows)
+    for count, row in enumerate(reversed(rows)):
+        if row.time_s < time_s:
+            return count
+    return len(rows)
 
 
 def is_before(anchor: Anchor, number: int) -> bool:

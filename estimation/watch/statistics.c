@@ -201,19 +201,19 @@ integer watch_one(const Statistics *s, const real *before, real *memory, real ti
 }
 
 /* Take n instants up to the first in which something stands out; returns how many. With a factor
- * above 0 calm does, too, after so long. */
+ * above 0 calm does, too, after so long. The arrays of two instants are as far apart as is said. */
 integer watch_clean(const Statistics *s, real *memory, real newest_s, integer n,
-                    const real *time_s, const real *y, const real *v, const real *S,
-                    real since_s, real after_s, real factor);
+                    const real *time_s, const real *y, const real *v, integer next_v,
+                    const real *S, integer next_S, real since_s, real after_s, real factor);
 integer watch_clean(const Statistics *s, real *memory, real newest_s, integer n,
-                    const real *time_s, const real *y, const real *v, const real *S,
-                    real since_s, real after_s, real factor)
+                    const real *time_s, const real *y, const real *v, integer next_v,
+                    const real *S, integer next_S, real since_s, real after_s, real factor)
 {
     const size_t size = (size_t)s->watch.size * sizeof(real);
     for (integer k = 0; k < n; k++) {
         memcpy(s->before, memory, size);
         if (!is_clean(s, memory, time_s[k] < newest_s, time_s[k], y + k * s->n_row,
-                      v + k * s->n_r, S + k * s->n_r * s->n_r)
+                      v + k * next_v, S + k * next_S)
             || (factor > 0 && !(time_s[k] - since_s < after_s) && is_calm(s, memory, factor))) {
             memcpy(memory, s->before, size);
             return k;
