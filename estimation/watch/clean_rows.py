@@ -16,7 +16,8 @@ from estimation.recording import Measurement
 from estimation.status import Status
 from estimation.watch.asked import NEVER_CALMER, Calmer, Known
 from estimation.watch.livelier import MotionLevels, factor_down
-from estimation.watch.past import NONE_DROPPED, PastRow, RowsOfChunk
+from estimation.watch.one_call import GAP_S, CleanState, OneCall, can_be_one_call
+from estimation.watch.past import NONE_DROPPED, CleanPart, PastRow
 from estimation.watch.quiet import Quiet
 from estimation.watch.reach import Reach
 from estimation.watch.state import WatchState, changed
@@ -24,8 +25,6 @@ from estimation.watch.statistics import Statistics
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
-GAP_S = 0.05
-"""A step that is longer may lose what was known."""
 LEVEL_S = 3.0
 """So long a level of motion is kept at least."""
 
@@ -42,6 +41,8 @@ class CleanRows:
         replay_s: float,
     ) -> None:
         self._model, self._levels, self._quiet = model, levels, Quiet(statistics)
+        self._statistics, self.calls = statistics, dict[int, OneCall]()  # by level of motion
+        self._is_one_call = can_be_one_call(levels[0])
         self._reach, self._replay_s = reach, replay_s
         self._components = reach.components
         self._limit = np.full(model.n_x, np.nan)
@@ -62,15 +63,16 @@ class CleanRows:
             and newest_s >= state.spoken_s
         )
 
-    def one(self, state: WatchState, time_s: float, y: Array) -> tuple[WatchState, Estimate] | None:
-        """Take one row; None where a step has to look at it.
-
-        A live estimator calls this at each of its steps: no work here that C can do.
-        """
-        newest_s = state.time_s
+    def one(
+        self, state: WatchState, measurement: Measurement
+    ) -> tuple[WatchState | CleanState, Estimate] | None:
+        """Take one row; None where a step has to look at it."""
+        if (call := self._call(state.level)) is not None:
+            return call.step(call.begun(state, _calmer(state)), measurement)
+        time_s, y, newest_s = float(measurement.time_s), measurement.y, state.time_s
         if newest_s is None or not 0 <= time_s - newest_s <= GAP_S or self._model.n_u:
             return None
-        inner, estimate = self._levels[state.level].step(state.inner, Measurement(time_s, y))
+        inner, estimate = self._levels[state.level].step(state.inner, measurement)
         v, S = estimate.innovation, estimate.innovation_covariance
         known = Known(self._limit, state.known, state.std, estimate.state.covariance)
         found = self._quiet.one(state.memory, time_s, y, v, S, calmer=_calmer(state), known=known)
@@ -85,6 +87,23 @@ class CleanRows:
             changed(state, inner=inner, memory=memory, past=past, std=std, time_s=time_s),
             changed(estimate, status=status, flagged=self._none_flagged),
         )
+
+    def whole(self, state: CleanState) -> WatchState:
+        """Return a state in full."""
+        return self.calls[state.since.level].whole(state)
+
+    def _call(self, level: int) -> OneCall | None:
+        """Return what makes a step at a level in one call; None where that cannot be."""
+        if self._is_one_call and level not in self.calls:
+            self.calls[level] = OneCall(
+                self._levels[level],
+                self._statistics,
+                limit=self._limit,
+                level=level,
+                replay_s=self._replay_s,
+                flagged=self._none_flagged,
+            )
+        return self.calls.get(level)
 
     def taken(
         self, state: WatchState, time_s: Array, y: Array, covariances: bool
@@ -108,10 +127,11 @@ class CleanRows:
         assert state.time_s is not None
         newest_s = max(state.time_s, float(time_s[:count].max()))
         given = self._kept(state, y[:count])
-        past = state.past.after_chunk(RowsOfChunk(time_s[:count].copy(), given))
+        times = time_s[:count].copy()
+        past = state.past.after_part(CleanPart(count, (times, given), float(times.min())))
         if past.is_due():
             past = past.anchored(inner, newest_s, self._replay_s)
-        state = replace(
+        state = changed(
             state,
             inner=inner,
             memory=memory,
@@ -181,7 +201,7 @@ class CleanRows:
         looked_at = np.flatnonzero((unsure & (gaps >= 0)) | is_lost)
         return int(looked_at[0]) if len(looked_at) else len(time_s), known
 
-    def _kept(self, state: WatchState, y: Array) -> Sequence[Array]:
+    def _kept(self, state: WatchState, y: Array) -> Sequence[Array] | Array:
         """Return copies of rows, with the inputs that were known before where they have none."""
         rows = y.copy()  # whoever gave them may write the next ones there
         if not self._model.n_u:

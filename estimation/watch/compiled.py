@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from types import MappingProxyType
 from typing import Any
@@ -68,26 +68,47 @@ def statistics_fields(statistics: Statistics) -> dict[str, Any]:
     }
 
 
+def statistics_structure(machine: Machine, statistics: Statistics) -> ctypes.Structure:
+    """Return C's structure Statistics, with a workspace of its own."""
+    fields = {"watch": statistics.layout.offsets(), **statistics_fields(statistics)}
+    return machine.structure("Statistics", fields)
+
+
+def watch_library(
+    structures: Sequence[ctypes.Structure],
+    *sources: str,
+    constants: Mapping[str, float] = CONSTANTS,
+) -> ctypes.CDLL:
+    """Return C of this folder as machine code, as one.
+
+    Parameters
+    ----------
+    structures : that it knows; those within one are declared in front of it
+    """
+    kinds = list[type[ctypes.Structure]]()
+    for structure in structures:
+        members = (getattr(structure, name) for name, *_ in structure._fields_)
+        for each in (*members, structure):
+            if isinstance(each, ctypes.Structure) and type(each) not in kinds:
+                kinds.append(type(each))
+    folder = resources.files("estimation.watch")
+    texts = [(folder / source).read_text("utf-8") for source in sources]
+    parts = [*declared(constants, kinds), *texts]
+    [path] = shared_libraries([CSource("\n".join(parts), (*STRICT, *LOOPS))])
+    return ctypes.CDLL(str(path))
+
+
 class CompiledStatistics:
     """statistics.c for the sensors of a model, with a workspace of its own: one per thread."""
 
     def __init__(self, statistics: Statistics) -> None:
         self._machine = machine = Machine()
-        offsets = statistics.layout.offsets()
-        fields = {"watch": offsets, **statistics_fields(statistics)}
-        structure = machine.structure("Statistics", fields)
-        text = (resources.files("estimation.watch") / SOURCE).read_text("utf-8")
-        parts = [*declared(CONSTANTS, [type(offsets), type(structure)]), text]
-        [path] = shared_libraries([CSource("\n".join(parts), (*STRICT, *LOOPS))])
-        self._library = ctypes.CDLL(str(path))
+        structure = statistics_structure(machine, statistics)
+        self._library = watch_library([structure], SOURCE)
         pointer, real, integer = ctypes.c_void_p, ctypes.c_double, ctypes.c_longlong
         self._clean = self._library["watch_clean"]
-        apart = [pointer, integer] * 2
-        self._clean.argtypes = [
-            *[pointer, pointer, real, integer, pointer, pointer],
-            *apart,
-            *[real] * 3,
-        ]
+        rows: list[Any] = [integer, *[pointer] * 3, integer, pointer, integer]
+        self._clean.argtypes = [pointer, pointer, real, *rows, *[real] * 3]
         self._clean.restype = integer
         self._one = self._library["watch_one"]
         places, numbers = [pointer] * 3, [real] * 3
@@ -134,7 +155,6 @@ class CompiledStatistics:
         """See `estimation.watch.quiet.Quiet.one`; arrays contiguous."""
         n_x = len(known.limit)
         after, std = np.empty(self._size), np.empty(n_x)
-        is_known: Any = known.known
         is_clean = self._one(
             self._self,
             address(memory),
@@ -146,7 +166,7 @@ class CompiledStatistics:
             n_x,
             address(known.covariance),
             address(known.limit),
-            address(is_known),
+            address(known.known.astype(float)),
             address(known.std),
             address(std),
             *calmer,

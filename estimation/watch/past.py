@@ -16,6 +16,8 @@ from models.gaussian import GaussianState
 BETWEEN_ANCHORS = 50
 """Rows from one state that is kept to the next: fewer make an alarm cheaper and keep more."""
 NONE_DROPPED = frozenset[int]()
+Chunk = tuple[Array, Sequence[Array] | Array]
+Chained = tuple[Any, ...]
 
 
 class PastRow(NamedTuple):
@@ -51,36 +53,44 @@ class Anchor:
     gaussian: GaussianState | None = None
 
 
-class RowsOfChunk(Sequence[PastRow]):
+class CleanPart(Sequence[PastRow]):
     """Rows of which nothing was dropped, made when somebody asks for them: few ever do.
 
     Parameters
     ----------
-    time_s : (n,)
-    y : n rows, as of `PastRow`
+    count : how many they are
+    given : their times (count,) and readings; or the newest of them, chained: (time, readings, the
+        rows before it), () for none
+    oldest_s : time of the oldest of them
     """
 
-    def __init__(self, time_s: Array, y: Sequence[Array]) -> None:
-        self.time_s, self._y = time_s, y
+    def __init__(self, count: int, given: Chunk | Chained, oldest_s: float) -> None:
+        self._count, self._given, self.oldest_s = count, given, oldest_s
 
     @cached_property
-    def _rows(self) -> list[PastRow]:
-        dropped = itertools.repeat(NONE_DROPPED)
-        return list(map(PastRow, self.time_s.tolist(), self._y, dropped))
+    def _chunk(self) -> Chunk:
+        return self._given if len(self._given) == 2 else _unchained(self._given)
+
+    @cached_property
+    def _rows(self) -> tuple[PastRow, ...]:
+        time_s, y = self._chunk
+        return tuple(map(PastRow, time_s.tolist(), y, itertools.repeat(NONE_DROPPED)))
 
     def __len__(self) -> int:
-        return len(self.time_s)
+        return self._count
 
     def __getitem__(self, at: Any) -> Any:
-        if isinstance(at, slice):
-            return RowsOfChunk(self.time_s[at], self._y[at])
-        return PastRow(float(self.time_s[at]), self._y[at], NONE_DROPPED)
+        return self._rows[at]
 
     def __iter__(self) -> Iterator[PastRow]:
         return iter(self._rows)
 
-    def __reversed__(self) -> Iterator[PastRow]:
-        return reversed(self._rows)
+    def since(self, time_s: float) -> int:
+        """Return how many rows, the last ones, are all not older than an instant."""
+        if self.oldest_s >= time_s:
+            return self._count
+        older = np.flatnonzero(self._chunk[0] < time_s)
+        return self._count - int(older[-1]) - 1 if len(older) else self._count
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,8 +125,8 @@ class Past:
         """Return it with more rows."""
         return Past(self.anchors, self.newer + rows, self.older)
 
-    def after_chunk(self, rows: Sequence[PastRow]) -> Past:
-        """Return it with more rows that are not looked at, at least one."""
+    def after_part(self, rows: Sequence[PastRow]) -> Past:
+        """Return it with a part more, of at least one row."""
         older = (*self.older, self.newer) if self.newer else self.older
         return Past(self.anchors, (), (*older, rows))
 
@@ -127,7 +137,7 @@ class Past:
     def anchored(self, inner: Any, time_s: float, back_s: float) -> Past:
         """Return it with a state behind its rows, without what nobody goes back to."""
         anchors = (*self.anchors, Anchor(self.count, inner, time_s))
-        first = self.first_since(time_s - back_s)
+        first = self._part_since(time_s - back_s)
         usable = [i for i, each in enumerate(anchors) if is_before(each, first)]
         oldest = usable[-1] if usable else 0
         forgotten = anchors[oldest].number - anchors[0].number
@@ -148,16 +158,37 @@ class Past:
                 break
         return number
 
+    def _part_since(self, time_s: float) -> int:
+        """Return a number not above that of `first_since`, without a look into parts."""
+        number = self.count
+        for part in reversed((*self.older, self.newer)):
+            number -= len(part)
+            if part and _oldest_s(part) < time_s:
+                return number + 1
+        return number
+
     def since(self, number: int) -> tuple[PastRow, ...]:
         """Return the rows from a number on."""
         return self.rows[number - self.anchors[0].number :]
 
 
+def _unchained(rows: Chained) -> Chunk:
+    times, readings = list[float](), list[Array]()
+    while rows:
+        time_s, y, rows = rows
+        times.append(time_s)
+        readings.append(y)
+    return np.array(times[::-1]), readings[::-1]
+
+
+def _oldest_s(rows: Sequence[PastRow]) -> float:
+    return rows.oldest_s if isinstance(rows, CleanPart) else min(row.time_s for row in rows)
+
+
 def _since(rows: Sequence[PastRow], time_s: float) -> int:
     """Return how many rows, the last ones, are all not older than an instant."""
-    if isinstance(rows, RowsOfChunk):
-        older = np.flatnonzero(rows.time_s < time_s)
-        return len(rows) - int(older[-1]) - 1 if len(older) else len(rows)
+    if isinstance(rows, CleanPart):
+        return rows.since(time_s)
     for count, row in enumerate(reversed(rows)):
         if row.time_s < time_s:
             return count

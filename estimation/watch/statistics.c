@@ -181,18 +181,19 @@ static int is_calm(const Statistics *s, const real *memory, real factor)
  * whether nothing stands out, and each state with a limit is known where it was, and only there. */
 integer watch_one(const Statistics *s, const real *before, real *memory, real time_s,
                   const real *y, const real *v, const real *S, integer n_x, const real *P,
-                  const real *limit, const unsigned char *known, const real *std_before, real *std,
+                  const real *limit, const real *known, const real *std_before, real *std,
                   real since_s, real after_s, real factor);
 integer watch_one(const Statistics *s, const real *before, real *memory, real time_s,
                   const real *y, const real *v, const real *S, integer n_x, const real *P,
-                  const real *limit, const unsigned char *known, const real *std_before, real *std,
+                  const real *limit, const real *known, const real *std_before, real *std,
                   real since_s, real after_s, real factor)
 {
     int is_sure = 1;
     for (integer i = 0; i < n_x; i++) {
         std[i] = sqrt(P[i * n_x + i]);
         if (isnan(limit[i])) continue;
-        is_sure = is_sure && (std[i] < limit[i]) == known[i] && (std_before[i] < limit[i]) == known[i];
+        is_sure = is_sure && (std[i] < limit[i]) == (known[i] != 0)
+                  && (std_before[i] < limit[i]) == (known[i] != 0);
     }
     if (!is_sure) return 0;
     memcpy(memory, before, (size_t)s->watch.size * sizeof(real));

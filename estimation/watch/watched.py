@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -25,11 +24,12 @@ from estimation.watch.in_chunks import in_chunks
 from estimation.watch.limits import limits_of
 from estimation.watch.livelier import MotionLevels
 from estimation.watch.lost import CALM_S, LostAndFound
+from estimation.watch.one_call import CleanState
 from estimation.watch.past import Anchor, Past, PastRow
 from estimation.watch.reach import Reach
 from estimation.watch.replay import Replays
 from estimation.watch.returning import Returning
-from estimation.watch.state import RETRY_S, WatchState
+from estimation.watch.state import RETRY_S, WatchState, changed
 from estimation.watch.statistics import Statistics
 from estimation.watch.taking import Taking
 from models.arrays import Array
@@ -78,13 +78,19 @@ class Watched:
             blamed=((-np.inf, RETRY_S),) * self._n,
         )
 
-    def step(self, state: WatchState, measurement: Measurement) -> tuple[WatchState, Estimate]:
+    def step(
+        self, state: WatchState | CleanState, measurement: Measurement
+    ) -> tuple[WatchState | CleanState, Estimate]:
         """Take one measurement; return the new state and the estimate x_k|k."""
-        if self._clean.may_take(state):
-            taken = self._clean.one(state, float(measurement.time_s), measurement.y)
-            if taken is not None:
-                return taken
-        return self._looked_at(state, measurement)
+        taken: tuple[WatchState | CleanState, Estimate] | None = None
+        if isinstance(state, CleanState):
+            taken = self._clean.calls[state.since.level].step(state, measurement)
+        elif self._clean.may_take(state):
+            taken = self._clean.one(state, measurement)
+        return taken or self._looked_at(self._whole(state), measurement)
+
+    def _whole(self, state: WatchState | CleanState) -> WatchState:
+        return self._clean.whole(state) if isinstance(state, CleanState) else state
 
     def _looked_at(
         self, state: WatchState, measurement: Measurement
@@ -93,18 +99,18 @@ class Watched:
         t, y = float(measurement.time_s), self._taking.with_inputs(state, measurement.y)
         is_late = state.time_s is not None and t < state.time_s
         if state.time_s is None:
-            state = replace(state, calm_s=t + CALM_S)
+            state = changed(state, calm_s=t + CALM_S)
         begun = state.past.anchors
         if not is_late and self._lost.may_be_lost(state, t):
             state = self._lost.restarted(state, t, y)
         is_begun = state.past.anchors is not begun
-        state = replace(state, memory=state.memory.copy(), time_s=state.time_s if is_late else t)
+        state = changed(state, memory=state.memory.copy(), time_s=state.time_s if is_late else t)
         stuck = [] if is_late else self._statistics.repeats(state.memory, t, y)
         dropped = frozenset(stuck) - state.left_out
         state, estimate, outliers = self._taking.taken(state, t, y, dropped)
         if is_begun and estimate.window is not None:
             state, estimate = self._lost.settled(state, t, y, estimate)
-        state = replace(
+        state = changed(
             state,
             past=state.past.after((PastRow(t, y, dropped | outliers),)),
             std=estimate.state.std,
@@ -118,9 +124,9 @@ class Watched:
         state = self._lost.known(state)
         if state.past.is_due() and not is_late:
             past = state.past.anchored(state.inner, t, self.config.replay_s)
-            state = replace(state, past=past)
+            state = changed(state, past=past)
         told = self._told(state, t, estimate, frozenset(stuck), outliers)
-        return state, replace(told, status=told.status | Status.LOST) if is_begun else told
+        return state, changed(told, status=told.status | Status.LOST) if is_begun else told
 
     def _told(
         self,
@@ -149,11 +155,11 @@ class Watched:
             status |= Status.LOST
         if state.is_unexplained:
             status |= Status.INCONSISTENT
-        return replace(estimate, status=status, flagged=flagged)
+        return changed(estimate, status=status, flagged=flagged)
 
     def batch(
         self,
-        state: WatchState,
+        state: WatchState | CleanState,
         time_s: Array,
         y: Array,
         *,
@@ -169,7 +175,7 @@ class Watched:
         """
         collect = partial(collected, self.name, self.model, covariances=covariances, lags=self.lags)
         return in_chunks(
-            state,
+            self._whole(state),
             time_s,
             y,
             clean=self._clean,
