@@ -1,4 +1,4 @@
-"""The statistics of a watch as machine code: statistics.c, the same to the last bit."""
+"""The statistics of a watch as machine code: statistics.c, to the last bit, and clean.c."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from estimation.watch.limits import REPEATS_S
 from estimation.watch.statistics import LIVELIER, Statistics
 from models.arrays import Array
 
-SOURCE = "statistics.c"
+SOURCES = ("statistics.c", "clean.c")
 CONSTANTS: Mapping[str, float] = MappingProxyType({"REPEATS_S": REPEATS_S, "LIVELIER": LIVELIER})
-"""Macros of it."""
+"""Macros of them."""
 
 
 def statistics_fields(statistics: Statistics) -> dict[str, Any]:
@@ -104,7 +104,7 @@ class CompiledStatistics:
     def __init__(self, statistics: Statistics) -> None:
         self._machine = machine = Machine()
         structure = statistics_structure(machine, statistics)
-        self._library = watch_library([structure], SOURCE)
+        self._library = watch_library([structure], *SOURCES)
         pointer, real, integer = ctypes.c_void_p, ctypes.c_double, ctypes.c_longlong
         self._clean = self._library["watch_clean"]
         rows: list[Any] = [integer, *[pointer] * 3, integer, pointer, integer]

@@ -1,4 +1,4 @@
-/* A step of a compiled estimator and its statistics in one call. Behind statistics.c; the structures
+/* A step of a compiled estimator and its statistics in one call. Behind clean.c; the structures
  * Kept (blocks of what is kept beside the estimator's own state) and Stepping are declared in front. */
 #include <stdint.h>
 

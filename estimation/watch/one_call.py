@@ -19,17 +19,17 @@ from estimation.machine import Machine, address
 from estimation.recording import Measurement
 from estimation.status import Status
 from estimation.watch.asked import Calmer
-from estimation.watch.compiled import CONSTANTS, SOURCE, statistics_structure, watch_library
+from estimation.watch.compiled import CONSTANTS, SOURCES, statistics_structure, watch_library
 from estimation.watch.past import BETWEEN_ANCHORS, Chained, CleanPart, Past
 from estimation.watch.state import WatchState, changed
 from estimation.watch.statistics import Statistics
 from models.arrays import Array
 
-SOURCES = (SOURCE, "one_call.c")
+CALL = "one_call.c"
 STEPPING: Mapping[str, float] = MappingProxyType(
     {**CONSTANTS, "STATUS_SOLVER_FAILED": Status.SOLVER_FAILED.value}
 )
-"""Macros of them."""
+"""Macros of it, and of what stands in front."""
 GAP_S = 0.05
 """A step that is longer may lose what was known."""
 
@@ -124,7 +124,9 @@ class OneCall:
                 "limit": limit,
             },
         )
-        library: Any = watch_library([stepping.statistics, stepping], *SOURCES, constants=STEPPING)
+        library: Any = watch_library(
+            [stepping.statistics, stepping], *SOURCES, CALL, constants=STEPPING
+        )
         pointer, real = ctypes.c_void_p, ctypes.c_double
         self._call = library.watch_step
         self._call.argtypes = [*[pointer] * 3, real, *[pointer] * 4]
