@@ -28,13 +28,11 @@ class PastRow(NamedTuple):
     time_s : s
     y : (n_row,) with all its inputs
     dropped : sensors whose reading was stuck or an outlier
-    skipped : all that the estimator was not given, those that were left out too
     """
 
     time_s: float
     y: Array
     dropped: frozenset[int]
-    skipped: frozenset[int] = NONE_DROPPED
 
 
 @dataclass(frozen=True, eq=False)

@@ -112,7 +112,7 @@ class Watched:
             state, estimate = self._lost.settled(state, t, y, estimate)
         state = changed(
             state,
-            past=state.past.after((self._row(state, t, y, dropped | outliers),)),
+            past=state.past.after((PastRow(t, y, dropped | outliers),)),
             std=estimate.state.std,
         )
         for i in sorted(dropped & frozenset(stuck)):
@@ -127,9 +127,6 @@ class Watched:
             state = changed(state, past=past)
         told = self._told(state, t, estimate, frozenset(stuck), outliers)
         return state, changed(told, status=told.status | Status.LOST) if is_begun else told
-
-    def _row(self, state: WatchState, t: float, y: Array, dropped: frozenset[int]) -> PastRow:
-        return PastRow(t, y, dropped, dropped | state.left_out)
 
     def _told(
         self,

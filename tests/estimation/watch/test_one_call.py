@@ -28,11 +28,11 @@ SENSORS = ("accel", "gyro", "camera")
 
 
 def stream(model: StateSpaceModel) -> list[Measurement]:
-    """Return rows: some late, spikes, of a gyroscope that is stuck, behind a hole, or brisk."""
+    """Return rows of which some are late, repeated, spikes, from behind a hole, or brisk."""
     recording = simulate("reference", SENSORS, motion="handwriting", duration_s=4.5, seed=3)
     time_s, y = recording.stacked(model)[:2]
     y[150, :3] += 80.0
-    y[200:290, 3:6] = y[199, 3:6]
+    y[200:203, 3:6] = y[199, 3:6]
     y[260] = np.nan
     y[420:, :6] *= 1.6
     keep = (time_s < 2.7) | (time_s > 2.8)
@@ -75,7 +75,7 @@ def test_one_call_is_a_step_and_a_look(kind: type[Any], monkeypatch: pytest.Monk
     rows = stream(model)
     states, estimates = run(quick, rows)
     expected_states, expected = run(looked, rows)
-    assert sum(isinstance(state, CleanState) for state in states) > len(rows) / 4
+    assert sum(isinstance(state, CleanState) for state in states) > len(rows) / 2
     assert any(Status.OUTLIER in each.status for each in estimates)
     assert any(each.flagged.any() for each in estimates)
     for one, other in zip(estimates, expected, strict=True):
@@ -88,11 +88,6 @@ def test_one_call_is_a_step_and_a_look(kind: type[Any], monkeypatch: pytest.Monk
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
         np.testing.assert_array_equal(one.state.mean, other.state.mean)
         np.testing.assert_array_equal(one.state.covariance, other.state.covariance)
-    batch = quick.batch(
-        quick.init(), np.array([row.time_s for row in rows]), np.array([row.y for row in rows])
-    )[1]
-    np.testing.assert_array_equal(batch.mean, [each.state.mean for each in estimates])
-    np.testing.assert_array_equal(batch.flagged, [each.flagged for each in estimates])
     for state, same in zip(states[::7], expected_states[::7], strict=True):
         assert_same(whole(quick, state), same)
 
