@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from estimation.estimate import Estimate
@@ -9,7 +11,7 @@ from estimation.inputs import rows_with_inputs
 from estimation.recording import Measurement
 from estimation.watch.livelier import MotionLevels
 from estimation.watch.replay import Replays
-from estimation.watch.state import RETRY_S, LeftOut, WatchState, changed
+from estimation.watch.state import RETRY_S, LeftOut, WatchState
 from estimation.watch.statistics import Statistics
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -58,7 +60,7 @@ class Taking:
                         z[row] = np.nan
         self._statistics.take(state.memory, z)
         self._statistics.count_outliers(state.memory, far, outliers)
-        return changed(state, inner=inner), estimate, outliers
+        return replace(state, inner=inner), estimate, outliers
 
     def stuck_long(self, state: WatchState, t: float, sensor: int) -> WatchState:
         """Leave out a gyroscope that has been stuck so long that its return is no trifle.
@@ -75,7 +77,7 @@ class Taking:
                 break
         if t - since_s < STUCK_S:
             return state
-        return changed(state, out=(*state.out, LeftOut(sensor, t + RETRY_S)))
+        return replace(state, out=(*state.out, LeftOut(sensor, t + RETRY_S)))
 
     def _distances(self, estimate: Estimate) -> tuple[list[float], list[float]]:
         S = estimate.innovation_covariance

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -29,7 +30,7 @@ from estimation.watch.past import Anchor, Past, PastRow
 from estimation.watch.reach import Reach
 from estimation.watch.replay import Replays
 from estimation.watch.returning import Returning
-from estimation.watch.state import RETRY_S, WatchState, changed
+from estimation.watch.state import RETRY_S, WatchState
 from estimation.watch.statistics import Statistics
 from estimation.watch.taking import Taking
 from models.arrays import Array
@@ -99,18 +100,18 @@ class Watched:
         t, y = float(measurement.time_s), self._taking.with_inputs(state, measurement.y)
         is_late = state.time_s is not None and t < state.time_s
         if state.time_s is None:
-            state = changed(state, calm_s=t + CALM_S)
+            state = replace(state, calm_s=t + CALM_S)
         begun = state.past.anchors
         if not is_late and self._lost.may_be_lost(state, t):
             state = self._lost.restarted(state, t, y)
         is_begun = state.past.anchors is not begun
-        state = changed(state, memory=state.memory.copy(), time_s=state.time_s if is_late else t)
+        state = replace(state, memory=state.memory.copy(), time_s=state.time_s if is_late else t)
         stuck = [] if is_late else self._statistics.repeats(state.memory, t, y)
         dropped = frozenset(stuck) - state.left_out
         state, estimate, outliers = self._taking.taken(state, t, y, dropped)
         if is_begun and estimate.window is not None:
             state, estimate = self._lost.settled(state, t, y, estimate)
-        state = changed(
+        state = replace(
             state,
             past=state.past.after((PastRow(t, y, dropped | outliers),)),
             std=estimate.state.std,
@@ -124,9 +125,9 @@ class Watched:
         state = self._lost.known(state)
         if state.past.is_due() and not is_late:
             past = state.past.anchored(state.inner, t, self.config.replay_s)
-            state = changed(state, past=past)
+            state = replace(state, past=past)
         told = self._told(state, t, estimate, frozenset(stuck), outliers)
-        return state, changed(told, status=told.status | Status.LOST) if is_begun else told
+        return state, replace(told, status=told.status | Status.LOST) if is_begun else told
 
     def _told(
         self,
@@ -155,7 +156,7 @@ class Watched:
             status |= Status.LOST
         if state.is_unexplained:
             status |= Status.INCONSISTENT
-        return changed(estimate, status=status, flagged=flagged)
+        return replace(estimate, status=status, flagged=flagged)
 
     def batch(
         self,
