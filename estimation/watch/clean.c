@@ -74,3 +74,25 @@ integer watch_clean(const Statistics *s, real *memory, real newest_s, integer n,
     }
     return n;
 }
+
+/* Take n samples into a memory; returns the largest score of the sensors that are judged, behind those
+ * that count, where there are as many samples at least. */
+real watch_again(const Statistics *s, real *memory, integer n, const real *v, integer next_v,
+                 const real *S, integer next_S, const unsigned char *counts,
+                 const unsigned char *judged, real fewest);
+real watch_again(const Statistics *s, real *memory, integer n, const real *v, integer next_v,
+                 const real *S, integer next_S, const unsigned char *counts,
+                 const unsigned char *judged, real fewest)
+{
+    real most = 0;
+    for (integer k = 0; k < n; k++) {
+        distances(s, v + k * next_v, S + k * next_S);
+        take_sample(s, memory, s->z);
+        for (integer i = 0; counts[k] && i < s->n_sensors; i++) {
+            if (!judged[i] || memory[s->watch.samples + i] < fewest) continue;
+            const real score = score_of(s, memory, i);
+            if (score > most) most = score;
+        }
+    }
+    return most;
+}

@@ -49,6 +49,7 @@ class CleanRows:
         self._limit[reach.components] = reach.found[reach.components]
         self._none_flagged = np.zeros(len(model.sensors), dtype=np.uint8)
         self._none_flagged.flags.writeable = False
+        self._call(0)  # not in a step
         self._sensor_names = tuple(sensor.name for sensor in model.sensors)
 
     def may_take(self, state: WatchState) -> bool:

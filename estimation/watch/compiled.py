@@ -12,7 +12,7 @@ import numpy as np
 
 from estimation.machine import Machine, address, declared
 from estimation.native import LOOPS, STRICT, CSource, shared_libraries
-from estimation.watch.asked import Calmer, Known
+from estimation.watch.asked import Calmer, Known, Marks
 from estimation.watch.limits import REPEATS_S
 from estimation.watch.statistics import LIVELIER, Statistics
 from models.arrays import Array
@@ -114,6 +114,10 @@ class CompiledStatistics:
         places, numbers = [pointer] * 3, [real] * 3
         self._one.argtypes = [*places, real, *places, integer, *places, pointer, pointer, *numbers]
         self._one.restype = integer
+        self._again = self._library["watch_again"]
+        again: list[Any] = [integer, *[pointer, integer] * 2, pointer, pointer]
+        self._again.argtypes = [pointer, pointer, *again, real]
+        self._again.restype = real
         self._self, self._size = ctypes.addressof(structure), statistics.layout.size
 
     def clean(
@@ -129,17 +133,30 @@ class CompiledStatistics:
     ) -> int:
         """See `estimation.watch.quiet.Quiet.clean`."""
         given = [np.ascontiguousarray(each) for each in (time_s, y)]
-        apart = [_rows_apart(each) for each in (v, S)]
+        alive, rows = _rows(v, S)
         found: int = self._clean(
             self._self,
             address(memory),
             newest_s,
             len(time_s),
             *map(address, given),
-            *(part for each in apart for part in (_start(each), each.strides[0] // each.itemsize)),
+            *rows,
             *calmer,
         )
+        del alive
         return found
+
+    def again(
+        self, memory: Array, v: Array, S: Array, *, counts: Marks, judged: Marks, fewest: int
+    ) -> float:
+        """See `estimation.watch.quiet.Quiet.again`."""
+        alive, rows = _rows(v, S)
+        marks: list[Any] = [counts, judged]
+        score: float = self._again(
+            self._self, address(memory), len(v), *rows, *map(address, marks), fewest
+        )
+        del alive
+        return score
 
     def one(
         self,
@@ -174,12 +191,15 @@ class CompiledStatistics:
         return (after, std) if is_clean else None
 
 
-def _rows_apart(array: Array) -> Array:
-    """Return an array (n, …) whose rows are contiguous, however far they are apart."""
-    is_whole = array.strides[1:] == np.empty(array.shape[1:]).strides
-    return array if is_whole else np.ascontiguousarray(array)
+def _rows(*arrays: Array) -> tuple[list[Array], list[int]]:
+    """Return arrays (n, …) with contiguous rows, and where each begins and how far rows are apart.
 
-
-def _start(array: Array) -> int:
-    """Return the address of an array's first number."""
-    return int(array.__array_interface__["data"][0])
+    The second is good as long as the first is alive.
+    """
+    kept, places = list[Array](), list[int]()
+    for array in arrays:
+        is_whole = array.strides[1:] == np.empty(array.shape[1:]).strides
+        kept.append(array if is_whole else np.ascontiguousarray(array))
+        start: int = kept[-1].__array_interface__["data"][0]
+        places += [start, kept[-1].strides[0] // kept[-1].itemsize]
+    return kept, places
