@@ -34,6 +34,12 @@ _SIZES_OF = {
     "lagged_derived_std": ("N_LAGS", "N_DERIVED"),
 }
 """Member of the estimate → the sizes that its lengths are."""
+_SAID_OF_A_SENSOR = {
+    Flag.STUCK: "It repeats its reading, which is not used.",
+    Flag.OUTLIER: "Its reading is not to be believed, and is not used.",
+    Flag.INCONSISTENT: "Its readings contradict the others.",
+    Flag.LEFT_OUT: "It is not used at present.",
+}
 
 
 def header(export: Exportable, prefix: str, precision: Precision, form: str) -> str:
@@ -193,7 +199,10 @@ def _statuses(capital: str) -> str:
 
 def _flags(capital: str, model: StateSpaceModel) -> str:
     words = filled("watch.h", PREFIX=capital)
-    bits = [f"#define {capital}_FLAG_{flag.name} {flag.value}u" for flag in Flag]
+    bits = [
+        f"#define {capital}_FLAG_{flag.name} {flag.value}u /* {_SAID_OF_A_SENSOR[flag]} */"
+        for flag in Flag
+    ]
     sensors = _enumeration(capital, "SENSOR", ((each.name, each.kind) for each in model.sensors))
     return "\n".join(["", words, *bits, sensors, ""])
 

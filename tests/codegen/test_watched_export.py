@@ -128,7 +128,7 @@ def test_compilers_have_nothing_to_say(real: str, tmp_path: Path) -> None:
 def test_header_and_readme_say_what_it_does_and_what_not() -> None:
     files, bare = (export_files(made("ekf", "double", watch=w), None, "…") for w in (True, False))
     for flag in Flag:
-        assert f"#define PEN_FLAG_{flag.name} {flag.value}u" in files["pen.h"]
+        assert f"#define PEN_FLAG_{flag.name} {flag.value}u /* " in files["pen.h"]
     for i, sensor in enumerate(MODEL.sensors):
         assert f"PEN_SENSOR_{sensor.name.upper()} = {i}, " in files["pen.h"]
     assert "unsigned char flagged[PEN_N_SENSORS];" in files["pen.h"]

@@ -60,6 +60,7 @@ def rows() -> tuple[Measurement, ...]:
     return tuple(Measurement(float(t), row) for t, row in zip(time_s, y, strict=True))
 
 
+@cache
 def run(deadline_s: float | None) -> tuple[list[Estimate], list[float]]:
     """Return estimates, and how long each step took."""
     clock = FakeClock()

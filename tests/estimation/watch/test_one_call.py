@@ -66,7 +66,9 @@ def assert_same(one: Any, other: Any) -> None:
         np.testing.assert_array_equal(row.y, same.y)
 
 
-@pytest.mark.parametrize("kind", [Ekf, MheRti, pytest.param(Mhe, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "kind", [Ekf, *(pytest.param(each, marks=pytest.mark.slow) for each in (MheRti, Mhe))]
+)
 def test_one_call_is_a_step_and_a_look(kind: type[Any], monkeypatch: pytest.MonkeyPatch) -> None:
     model = pen_model("reference", SENSORS)
     quick = Watched(kind(model))
