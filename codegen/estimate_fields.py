@@ -46,6 +46,9 @@ NUMBERS: Mapping[str, tuple[str, type]] = MappingProxyType(
 )
 """Blocks that have a type of their own; the loop tells them as real numbers."""
 
+FLAGGED = "flagged"
+"""Member with what a watch says of each sensor."""
+
 TOLD = "told"
 """Member with those as the loop tells them."""
 
@@ -76,6 +79,11 @@ def estimate_fields(result: Layout) -> list[Field]:
     return [*numbers, *blocks, told]
 
 
+def flag_field(n_sensors: int) -> Field:
+    """Return the member that a watched estimate has behind all others."""
+    return Field(FLAGGED, "unsigned char", (n_sensors,), "bits FLAG_... of each sensor, SENSOR_...")
+
+
 def offsets(result: Layout) -> dict[str, int]:
     """Return where each block stands behind the first real member, for the loop's structure.
 
@@ -96,7 +104,7 @@ def offsets(result: Layout) -> dict[str, int]:
 
 def estimate_structure(fields: Sequence[Field], real: Any) -> type[ctypes.Structure]:
     """Return the structure for Python; `real` is c_double or c_float."""
-    types = {name: kind for name, (_, kind) in NUMBERS.items()}
+    types = {name: kind for name, (_, kind) in NUMBERS.items()} | {FLAGGED: ctypes.c_ubyte}
     kinds = [(field, types.get(field.name, real)) for field in fields]
     members = [(f.name, kind * math.prod(f.shape) if f.shape else kind) for f, kind in kinds]
     return type("Estimate", (ctypes.Structure,), {"_fields_": members})

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.watching import WatchInC, watched_loop
 from ekf_baseline.ekf import EkfConfig, filter_loop
 from ekf_baseline.state import first_filter, kept_for
 from estimation.loop import Loop
@@ -25,12 +26,18 @@ from models.state_space import StateSpaceModel
 
 @dataclass(frozen=True, eq=False)
 class Exportable:
-    """An estimator as C needs it: its loop, and its flat state before the first measurement."""
+    """An estimator as C needs it: its loop, and its flat state before the first measurement.
+
+    Parameters
+    ----------
+    watch : what a watch of its sensors remembers; None for an export without one
+    """
 
     model: StateSpaceModel
     estimator: str
     loop: Loop
     start: Array
+    watch: WatchInC | None = None
 
 
 def _ekf(model: StateSpaceModel, config: EkfConfig) -> tuple[Loop, Array]:
@@ -57,12 +64,15 @@ def is_timed(exported: Exportable) -> bool:
     return bool(np.isfinite(exported.loop.fields.get("deadline", np.inf)))
 
 
-def exportable(estimator: str, model: StateSpaceModel, **settings: Any) -> Exportable:
+def exportable(
+    estimator: str, model: StateSpaceModel, *, watch: bool = False, **settings: Any
+) -> Exportable:
     """Return an estimator's loop for a model.
 
     Parameters
     ----------
     estimator : one of `EXPORTABLE`
+    watch : whether it watches its sensors, see `codegen.watching`
     settings : of its config class, the rest takes the losses and gates of the model's sensors
         (`models.sensor_model.losses`), and the defaults
 
@@ -87,4 +97,7 @@ def exportable(estimator: str, model: StateSpaceModel, **settings: Any) -> Expor
     own = setting_names(configs[estimator])
     said = {name: by for name, by in losses(model.sensors).items() if name in own}
     loop, start = make(model, config_of(estimator, configs, {**said, **settings}))
-    return Exportable(model, estimator, loop, start)
+    if not watch:
+        return Exportable(model, estimator, loop, start)
+    loop, watched = watched_loop(model, loop)
+    return Exportable(model, estimator, loop, start, watched)

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from codegen.constant_readings import measured_columns
-from codegen.estimate_fields import estimate_fields, estimate_structure
+from codegen.estimate_fields import estimate_fields, estimate_structure, flag_field
 from codegen.export import Export
 from estimation.estimate import Estimate
 from estimation.native import STRICT, CSource, shared_libraries
 from estimation.recording import Measurement
 from estimation.result import ResultReader
+from estimation.status import Status
+from estimation.watch.flags import Flags, not_watched
 from models.arrays import Array
 from models.errors import InputError
 from models.given_prior import Prior
@@ -52,7 +54,10 @@ class Exported:
         real = np.ctypeslib.as_ctypes_type(self.dtype)
         self._reader = ResultReader(self.model, self.exported.loop.lags)
         self.layout = self._reader.layout
-        self._estimate = estimate_structure(estimate_fields(self.layout), real)()
+        fields = estimate_fields(self.layout)
+        if self.exported.watch is not None:
+            fields.append(flag_field(len(self.model.sensors)))
+        self._estimate: Any = estimate_structure(fields, real)()
         self._columns = measured_columns(self.model)
         self._readings = np.empty(len(self._columns), self.dtype)
         self._library = ctypes.CDLL(str(library))
@@ -81,7 +86,8 @@ class Exported:
         """Take one measurement; return the new state and the estimate."""
         ctypes.memmove(self.state, state.data, len(self.state))
         self.take(measurement.time_s, measurement.y)
-        return ExportedState(self.state.raw), self._reader.estimate(self.told())
+        estimate = self._reader.estimate(self.told())
+        return ExportedState(self.state.raw), replace(estimate, flagged=self.flagged)
 
     def take(self, time_s: float, y: Array) -> None:
         """Take one measurement into the state that is kept here: nothing is copied.
@@ -96,6 +102,18 @@ class Exported:
         readings = self._readings.ctypes.data
         if self._step(self.state, time_s, readings, ctypes.byref(self._estimate)):
             raise InputError(f"the time of a measurement is {time_s}, expected a number")
+
+    @property
+    def flagged(self) -> Flags:
+        """Return what the last step said of each sensor; of none in an export without a watch."""
+        if self.exported.watch is None:
+            return not_watched()
+        return np.array(self._estimate.flagged, dtype=np.uint8)
+
+    @property
+    def status(self) -> Status:
+        """Return what the last step said of the whole."""
+        return Status(self._estimate.status)
 
     def told(self) -> Array:
         """Return what the last step told, as `estimation.result.result_layout` has it."""

@@ -52,6 +52,7 @@ def export_c(
     real: str = "double",
     form: str | None = None,
     prefix: str = "pen",
+    watch: bool = False,
     **settings: Any,
 ) -> Export:
     """Write an estimator as C into a folder, measure what it takes, return what was written.
@@ -61,6 +62,8 @@ def export_c(
     estimator : one of `codegen.exportable.EXPORTABLE`
     folder : to write to; made where there is none, in one that is there
     real, form, prefix : see `codegen.export.export_texts`
+    watch : whether it watches its sensors, as far as that goes without going back in time: it says
+        what it finds in the status and per sensor, and leaves out a sensor that alone stands out
     settings : of the estimator, by keyword; the rest takes its defaults
 
     Raises
@@ -69,7 +72,8 @@ def export_c(
         If there is no C export of the estimator, something does not fit, or a file cannot be
         written.
     """
-    export = export_texts(exportable(estimator, model, **settings), real, form=form, prefix=prefix)
+    chosen = exportable(estimator, model, watch=watch, **settings)
+    export = export_texts(chosen, real, form=form, prefix=prefix)
     check_folder(Path(folder))
     target = find_target()
     sizes = None if target is None else measure(export, target)
@@ -138,6 +142,7 @@ def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> st
         lags=_lag_words(export),
         constraints=_constraint_words(export),
         deadline=_deadline_words(export),
+        watch=filled("watch.md", PREFIX=export.prefix.upper()) if export.exported.watch else "",
         constants=f"\nThe step adds the readings of {in_markdown(', '.join(added))} itself.\n"
         if added
         else "",

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from codegen.constant_readings import constant_sensors, detected_sensors, measured_columns
-from codegen.estimate_fields import Field, estimate_fields
+from codegen.estimate_fields import FLAGGED, Field, estimate_fields, flag_field
 from codegen.exportable import Exportable
 from codegen.names import macros
 from codegen.number_format import Precision
@@ -14,6 +14,7 @@ from codegen.template import filled
 from estimation.outputs import Derived, derived_outputs
 from estimation.result import result_layout
 from estimation.status import SENTENCES, Status
+from estimation.watch.flags import Flag
 from models.escaped import in_comment
 from models.state_space import StateSpaceModel
 from models.units import readable_unit
@@ -25,6 +26,7 @@ _SIZES_OF = {
     "derived_std": ("N_DERIVED",),
     "innovation": ("N_R",),
     "innovation_covariance": ("N_R", "N_R"),
+    FLAGGED: ("N_SENSORS",),
     "lagged_time": ("N_LAGS",),
     "lagged_mean": ("N_LAGS", "N_X"),
     "lagged_covariance": ("N_LAGS", "N_X", "N_X"),
@@ -32,12 +34,21 @@ _SIZES_OF = {
     "lagged_derived_std": ("N_LAGS", "N_DERIVED"),
 }
 """Member of the estimate → the sizes that its lengths are."""
+_SAID_OF_A_SENSOR = {
+    Flag.STUCK: "It repeats its reading, which is not used.",
+    Flag.OUTLIER: "Its reading is not to be believed, and is not used.",
+    Flag.INCONSISTENT: "Its readings contradict the others.",
+    Flag.LEFT_OUT: "It is not used at present.",
+}
 
 
 def header(export: Exportable, prefix: str, precision: Precision, form: str) -> str:
     """Return the header's text."""
     model, capital = export.model, prefix.upper()
     fields = estimate_fields(result_layout(model, export.loop.lags))
+    watch = export.watch
+    if watch is not None:
+        fields.append(flag_field(len(model.sensors)))
     derived = derived_outputs(model)
     return filled(
         "interface.h",
@@ -58,6 +69,8 @@ def header(export: Exportable, prefix: str, precision: Precision, form: str) -> 
         fields="\n".join(_member(field, prefix, capital) for field in fields),
         n_constants=str(max(len(constant_sensors(model)), 1)),
         n_memory=str(export.loop.memory.size),
+        flags=_flags(capital, model) if watch else "",
+        watch_memory=f"\n    {prefix}_real watch[{watch.layout.size}];" if watch else "",
     )
 
 
@@ -91,6 +104,8 @@ def _sizes(export: Exportable, capital: str) -> list[str]:
         "N_Y": (len(measured_columns(model)), given),
         "N_R": (model.n_r, "rows of the innovation"),
     }
+    if export.watch:
+        sizes["N_SENSORS"] = (len(model.sensors), "sensors, those without readings too")
     if export.loop.lags:
         sizes["N_LAGS"] = (len(export.loop.lags), "instants before the newest that are told too")
     return [f"#define {capital}_{name} {n} /* {words} */" for name, (n, words) in sizes.items()]
@@ -182,9 +197,19 @@ def _statuses(capital: str) -> str:
     )
 
 
+def _flags(capital: str, model: StateSpaceModel) -> str:
+    words = filled("watch.h", PREFIX=capital)
+    bits = [
+        f"#define {capital}_FLAG_{flag.name} {flag.value}u /* {_SAID_OF_A_SENSOR[flag]} */"
+        for flag in Flag
+    ]
+    sensors = _enumeration(capital, "SENSOR", ((each.name, each.kind) for each in model.sensors))
+    return "\n".join(["", words, *bits, sensors, ""])
+
+
 def _member(field: Field, prefix: str, capital: str) -> str:
     sizes = _SIZES_OF.get(field.name)
     lengths = [f"{capital}_{size}" for size in sizes] if sizes else map(str, field.shape)
     array = f"[{' * '.join(lengths)}]" if field.shape else ""
-    words = re.sub(r"\b(STATUS|DERIVED)_", rf"{capital}_\1_", field.words)
+    words = re.sub(r"\b(STATUS|DERIVED|FLAG|SENSOR)_", rf"{capital}_\1_", field.words)
     return f"    {field.c_type or f'{prefix}_real'} {field.name}{array}; /* {words} */"

@@ -57,8 +57,24 @@ def interface(export: Exportable, start: Array, prefix: str, precision: Precisio
         call_constants="if (!late) add_constants(state, time_s, y);" if constants else "",
         rebase=_rebase(export, prefix, precision) if is_relative else "",
         call_rebase=REBASE if is_relative else "",
+        **_watch(export, precision),
         numbers="\n".join(_numbers(members, is_relative)),
     )
+
+
+def _watch(export: Exportable, precision: Precision) -> dict[str, str]:
+    """Return the words of a step, and of what a watch begins with."""
+    entry = export.loop.entry
+    if export.watch is None:
+        step = f"{entry}_step(own, state->memory[state->at], memory, time, y, told);"
+        return {"step": step, "init_watch": "", "watch_start": ""}
+    words = {"entry": entry, "kind": entry.capitalize(), "n_x": str(export.model.n_x)}
+    values = braces([precision.number(float(x)) for x in export.watch.start])
+    return {
+        "step": filled("watched_step.c", **words).strip(),
+        "init_watch": "\n    memcpy(state->watch, watch_start, sizeof watch_start);",
+        "watch_start": f"\nstatic const real watch_start[] = {values};",
+    }
 
 
 def _numbers(members: Sequence[Field], is_relative: bool) -> list[str]:
@@ -130,6 +146,8 @@ def _rebase(export: Exportable, prefix: str, precision: Precision) -> str:
                 for name in INSTANTS
                 if name in values
             }
+    for part in export.watch.instants if export.watch else ():
+        spans[f"state->watch[{part.start} + i]"] = part.stop - part.start
     shifts = [
         f"    for (integer i = 0; i < {size}; i++) {entry} -= oldest;"
         for entry, size in spans.items()

@@ -52,6 +52,10 @@ def codegen(
         bool,
         typer.Option("--roots", help="Square roots in double too: much less code."),
     ] = False,
+    watch: Annotated[
+        bool,
+        typer.Option("--watch", help="Say what is wrong with sensors, and leave out what lies."),
+    ] = False,
     prefix: Annotated[str, typer.Option(help="Of the files' and the functions' names.")] = "pen",
 ) -> None:
     """Write an estimator of a pen as C99 without dynamic memory, for other machines."""
@@ -72,6 +76,7 @@ def codegen(
                 late_samples=late_samples,
                 real="float" if float32 else "double",
                 form="root" if roots else None,
+                watch=watch,
                 prefix=prefix,
                 output=output,
                 command=command_line(),

@@ -33,6 +33,7 @@ class CodegenRequest:
     late_samples : of a filter, measurements back that it takes a late one; None takes the default
     real : ``double`` or ``float``
     form : one of `estimation.loop.STAGES`; None takes the default of the precision
+    watch : whether it watches its sensors
     prefix : of the files' and the functions' names
     command : that asked for it, for the README
     """
@@ -48,6 +49,7 @@ class CodegenRequest:
     late_samples: int | None
     real: str
     form: str | None
+    watch: bool
     prefix: str
     output: Path
     command: str
@@ -67,7 +69,7 @@ def run_codegen(request: CodegenRequest) -> None:
         writing_area=request.writing_area,
         rest=request.rest,
     )
-    chosen = exportable(request.estimator, model, **_settings(request))
+    chosen = exportable(request.estimator, model, watch=request.watch, **_settings(request))
     export = export_texts(chosen, request.real, form=request.form, prefix=request.prefix)
     check_folder(request.output)
     check_apart(export_paths(export, request.output), {"the pen file": pen_paths(request.pen)})

@@ -20,7 +20,7 @@ from estimation.linearisation import loop_functions
 from estimation.losses import checked_gates, checked_thresholds, of_sensors
 from estimation.recording import Measurement
 from estimation.rest import rest_constants, rest_fields
-from estimation.result import ResultReader
+from estimation.result import Engine, ResultReader
 from estimation.settings import checked_config
 from estimation.stored import padded, stride
 from estimation.symbolic_stage import difference_function
@@ -104,6 +104,7 @@ class Ekf:
             lambda: CompiledEngine(model, filter_loop(model, self.config)),
             lambda: InterpretedFilter(model, self._kept, *outlier_limits(model, self.config)),
         )
+        self._layout = self._engine.memory
         self._reader = ResultReader(model)
         self._batches = Batches(self.name, self._reader, self._engine.memory, self._engine.batch)
 
@@ -121,8 +122,16 @@ class Ekf:
         """Predict to the measurement's time and update; one that is late changes what followed."""
         if (newest_s := state.time_s) is not None:
             check_step(self.model, *sorted((newest_s, measurement.time_s)))
-        memory, result = self._engine.step(state.memory, measurement.time_s, measurement.y)
-        return EkfState(memory, state.layout), self._reader.estimate(result)
+        return self.told(*self._engine.step(state.memory, measurement.time_s, measurement.y))
+
+    @property
+    def engine(self) -> Engine:
+        """What makes its steps."""
+        return self._engine
+
+    def told(self, memory: Array, result: Array) -> tuple[EkfState, Estimate]:
+        """Return the state and the estimate of a step of the engine."""
+        return EkfState(memory, self._layout), self._reader.estimate(result)
 
     def batch(
         self,

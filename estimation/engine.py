@@ -50,6 +50,11 @@ class CompiledEngine:
         self._batch.argtypes = [pointer, pointer, pointer, ctypes.c_longlong, *[pointer] * 3]
         self._library = library
 
+    @property
+    def addresses(self) -> tuple[int, int]:
+        """Of its structure and of its step, for other C."""
+        return self._self, ctypes.cast(self._step, ctypes.c_void_p).value or 0
+
     def step(self, given: Array, time_s: float, y: Array) -> tuple[Array, Array]:
         """Return the state after a measurement and what the step says; `given` stays."""
         if not (

@@ -60,7 +60,7 @@ class WindowLoop:
     ) -> None:
         self.name, self.model, self.config = name, model, config
         memory = window_memory(model, self.config.horizon + 1)
-        self._engine = chosen(
+        self.engine = chosen(
             lambda: CompiledWindow(model, self.config, memory, clock),
             lambda: InterpretedWindow(model, self.config, memory, clock),
         )
@@ -71,16 +71,20 @@ class WindowLoop:
 
     def start(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
-        return first_window(self.model, self.config, self._engine.memory, prior)
+        return first_window(self.model, self.config, self.engine.memory, prior)
 
     def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
         """Slide the window onto the measurement and solve it."""
         if self.model.interval_s is not None and (n := int(state.memory.item(0))):
             newest_s = state.memory.item(self._times + n - 1)
             check_step(self.model, *sorted((newest_s, measurement.time_s)))
-        memory, result = self._engine.step(state.memory, measurement.time_s, measurement.y)
+        memory, result = self.engine.step(state.memory, measurement.time_s, measurement.y)
         if self._fallback.is_needed(self._reader.status_of(result)):
             memory, result = self._fallback.solve(memory, result)
+        return self.told(memory, result)
+
+    def told(self, memory: Array, result: Array) -> tuple[WindowState, Estimate]:
+        """Return the state and the estimate of a step of the engine that is solved."""
         count, n_x = int(memory.item(0)), self.model.n_x
         times = memory[self._times : self._times + count]
         states = memory[self._x : self._x + count * n_x].reshape(count, n_x)
@@ -106,7 +110,7 @@ class WindowLoop:
         return WindowState(memory), history
 
     def _take(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:
-        memory, results = self._engine.batch(given, time_s, y)
+        memory, results = self.engine.batch(given, time_s, y)
         statuses = map(self._reader.status_of, results)
         if any(self._fallback.is_needed(status) for status in statuses):
             return self._take_by_steps(given, time_s, y)
@@ -116,7 +120,7 @@ class WindowLoop:
         """Take measurements one by one: what one step falls back on, the next begins with."""
         memory, results = given, []
         for t, readings in zip(time_s, y, strict=True):
-            memory, result = self._engine.step(memory, float(t), readings)
+            memory, result = self.engine.step(memory, float(t), readings)
             if self._fallback.is_needed(self._reader.status_of(result)):
                 memory, result = self._fallback.solve(memory, result)
             results.append(result)
@@ -136,14 +140,14 @@ class WindowLoop:
         InputError
             If there are none, or more than N + 1 measurements.
         """
-        layout, count = self._engine.memory, len(measurements)
+        layout, count = self.engine.memory, len(measurements)
         if not 1 <= count <= self.config.horizon + 1:
             raise InputError(
                 f"a window of {count} measurements, expected 1 to {self.config.horizon + 1}"
             )
         rows = all_with_inputs(self.model, measurements)
         memory = packed_window(self.model, self.config.horizon + 1, prior, rows, guess).memory
-        memory, result = self._engine.solve(memory)
+        memory, result = self.engine.solve(memory)
         if self._fallback.is_needed(self._reader.status_of(result)):
             memory, result = self._fallback.solve(memory, result)
         estimate = self._reader.estimate(result)
@@ -174,6 +178,7 @@ class MheRti:
         self.model, self.config = model, checked_config(self.name, config, MheRtiConfig)
         self.lags = self.config.lags
         self._loop = WindowLoop(self.name, model, self.config, clock)
+        self.engine, self.told = self._loop.engine, self._loop.told  # what makes steps, and of them
 
     def init(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
@@ -216,6 +221,7 @@ class Mhe:
         self.model, self.config = model, checked_config(self.name, config, MheConfig)
         self.lags = self.config.lags
         self._loop = WindowLoop(self.name, model, self.config, clock)
+        self.engine, self.told = self._loop.engine, self._loop.told  # what makes steps, and of them
 
     def init(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""

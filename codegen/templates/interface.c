@@ -4,7 +4,7 @@
 /* Not for the compiler to see through: it would warn of arrays that a model has no use for. */
 static void *volatile own = (void *)&self;
 
-static const struct { integer at; real value; } start[] = @start;
+static const struct { integer at; real value; } start[] = @start;@watch_start
 static const integer measured[] = @measured;
 @constants
 void @{prefix}_init(@{prefix}_state *state)
@@ -12,7 +12,7 @@ void @{prefix}_init(@{prefix}_state *state)
     memset(state, 0, sizeof *state);
     for (size_t i = 0; i < sizeof start / sizeof *start; i++)
         state->memory[0][start[i].at] = start[i].value;
-    for (size_t i = 0; i < sizeof state->period / sizeof *state->period; i++) state->period[i] = -1;
+    for (size_t i = 0; i < sizeof state->period / sizeof *state->period; i++) state->period[i] = -1;@init_watch
 }
 
 @add_constants@rebase
@@ -31,7 +31,7 @@ int @{prefix}_step(@{prefix}_state *state, double time_s, const @{prefix}_real r
     @call_constants
     real *memory = state->memory[!state->at];
     real *told = (real *)((char *)estimate + offsetof(@{prefix}_estimate, @first));
-    @{entry}_step(own, state->memory[state->at], memory, time, y, told);
+    @step
     if (!late) state->newest_s = time_s;
     state->at = !state->at;
     estimate->time_s = state->newest_s;

@@ -28,7 +28,7 @@ typedef @real @{prefix}_real;
 
 /* Remarks on a step; several may hold at once. */
 @statuses
-
+@flags
 /* What a step tells. */
 typedef struct {
 @fields
@@ -38,7 +38,7 @@ typedef struct {
 typedef struct {
     double newest_s, origin_s, first_s, period[@n_constants];
     int started, at;
-    @{prefix}_real memory[2][@n_memory];
+    @{prefix}_real memory[2][@n_memory];@watch_memory
 } @{prefix}_state;
 
 /* Begin: nothing is known but the prior. */

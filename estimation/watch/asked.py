@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from models.arrays import Array
 
+Marks = NDArray[np.bool_]
+
 
 class Calmer(NamedTuple):
     """When a motion counts as calmer: after so long since an instant, with a factor on energies.

@@ -19,8 +19,9 @@ class WatchConfig:
     on_lost : ``restart`` starts from the prior where an attitude is not known any more, or is
         refuted, and keeps what is known of biases; ``hold`` only says so
     replay_s : how far an alarm goes back, s; longer tells causes apart better, and costs more
-    deadline_s : longest time that a step spends on an alarm, s; hypotheses that would end later
-        wait for the next step, but one group of them is tried at each. None has none
+    deadline_s : longest time that a step spends on an alarm, s; what it has not found out by then
+        the next steps go on with, see `estimation.watch.in_time`. Shorter spreads an alarm over
+        more steps, and gives one up that lasts longer than `replay_s`. None has none
 
     Raises
     ------

@@ -14,6 +14,8 @@ from models.arrays import Array
 
 SHORTEST_CHUNK = 16
 """Rows of the first chunk behind something that was found."""
+GROWTH = 4
+"""By how much the next one is longer: what a call costs beside its rows is soon spread."""
 
 
 def in_chunks(
@@ -48,7 +50,7 @@ def in_chunks(
 
     def parts() -> Iterator[EstimateHistory]:
         nonlocal after
-        done, size = 0, SHORTEST_CHUNK
+        done, size = 0, BATCH_STEPS
         while done < n:
             before, rows = done, slice(done, min(done + size, n))
             if clean.may_take(after):
@@ -58,14 +60,15 @@ def in_chunks(
                         yield gathered()
                     yield part
                     done += len(part)
-                size = min(2 * size, BATCH_STEPS)
+                is_whole = done == rows.stop
+                size = min(GROWTH * size, BATCH_STEPS) if is_whole else SHORTEST_CHUNK
             if done < rows.stop:
                 began = time.perf_counter()
                 row = Measurement(float(time_s[done]), y[done])
                 after, estimate = look(after, row)
                 times.append(time.perf_counter() - began)
                 estimates.append(estimate)
-                done, size = done + 1, SHORTEST_CHUNK
+                done += 1
                 if len(estimates) == BATCH_STEPS:
                     yield gathered()
             if on_progress:

@@ -8,9 +8,9 @@ import numpy as np
 
 from estimation.estimate import Estimate
 from estimation.recording import Measurement
-from estimation.watch.clean_rows import GAP_S
 from estimation.watch.config import WatchConfig
 from estimation.watch.livelier import MotionLevels
+from estimation.watch.one_call import GAP_S
 from estimation.watch.past import Anchor, Past
 from estimation.watch.reach import Reach
 from estimation.watch.replay import Replays

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from models.arrays import Array
 from models.gaussian import GaussianState
 
 BETWEEN_ANCHORS = 50
 """Rows from one state that is kept to the next: fewer make an alarm cheaper and keep more."""
+NONE_DROPPED = frozenset[int]()
+Chunk = tuple[Array, Sequence[Array] | Array]
+Chained = tuple[Any, ...]
 
 
 class PastRow(NamedTuple):
@@ -45,36 +53,82 @@ class Anchor:
     gaussian: GaussianState | None = None
 
 
+class CleanPart(Sequence[PastRow]):
+    """Rows of which nothing was dropped, made when somebody asks for them: few ever do.
+
+    Parameters
+    ----------
+    count : how many they are
+    given : their times (count,) and readings; or the newest of them, chained: (time, readings, the
+        rows before it), () for none
+    oldest_s : time of the oldest of them
+    """
+
+    def __init__(self, count: int, given: Chunk | Chained, oldest_s: float) -> None:
+        self._count, self._given, self.oldest_s = count, given, oldest_s
+
+    @cached_property
+    def _chunk(self) -> Chunk:
+        return self._given if len(self._given) == 2 else _unchained(self._given)
+
+    @cached_property
+    def _rows(self) -> tuple[PastRow, ...]:
+        time_s, y = self._chunk
+        return tuple(map(PastRow, time_s.tolist(), y, itertools.repeat(NONE_DROPPED)))
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __getitem__(self, at: Any) -> Any:
+        return self._rows[at]
+
+    def __iter__(self) -> Iterator[PastRow]:
+        return iter(self._rows)
+
+    def since(self, time_s: float) -> int:
+        """Return how many rows, the last ones, are all not older than an instant."""
+        if self.oldest_s >= time_s:
+            return self._count
+        older = np.flatnonzero(self._chunk[0] < time_s)
+        return self._count - int(older[-1]) - 1 if len(older) else self._count
+
+
 @dataclass(frozen=True, eq=False)
 class Past:
     """Rows since the oldest anchor, in the order in which they came.
 
-    In two parts: a row more copies the newer of them only.
+    In parts: a row more copies the newest of them only, and the rows of a chunk are made late.
     """
 
     anchors: tuple[Anchor, ...]
-    older: tuple[PastRow, ...] = ()
     newer: tuple[PastRow, ...] = ()
+    older: tuple[Sequence[PastRow], ...] = ()
 
-    @property
+    @cached_property
     def rows(self) -> tuple[PastRow, ...]:
         """All of them."""
-        return self.older + self.newer
+        return tuple(itertools.chain(*self.older, self.newer))
 
     @property
     def newest(self) -> Array | None:
         """(n_row,) the last row with all its inputs; None before the first."""
-        rows = self.newer or self.older
-        return rows[-1].y if rows else None
+        if self.newer:
+            return self.newer[-1].y
+        return self.older[-1][-1].y if self.older else None
 
     @property
     def count(self) -> int:
         """Number of all rows since the start."""
-        return self.anchors[0].number + len(self.older) + len(self.newer)
+        return self.anchors[0].number + sum(map(len, self.older)) + len(self.newer)
 
     def after(self, rows: tuple[PastRow, ...]) -> Past:
         """Return it with more rows."""
-        return Past(self.anchors, self.older, self.newer + rows)
+        return Past(self.anchors, self.newer + rows, self.older)
+
+    def after_part(self, rows: Sequence[PastRow]) -> Past:
+        """Return it with a part more, of at least one row."""
+        older = (*self.older, self.newer) if self.newer else self.older
+        return Past(self.anchors, (), (*older, rows))
 
     def is_due(self) -> bool:
         """Whether there is a state to keep."""
@@ -83,24 +137,62 @@ class Past:
     def anchored(self, inner: Any, time_s: float, back_s: float) -> Past:
         """Return it with a state behind its rows, without what nobody goes back to."""
         anchors = (*self.anchors, Anchor(self.count, inner, time_s))
-        first = self.first_since(time_s - back_s)
+        first = self._part_since(time_s - back_s)
         usable = [i for i, each in enumerate(anchors) if is_before(each, first)]
         oldest = usable[-1] if usable else 0
         forgotten = anchors[oldest].number - anchors[0].number
-        return Past(anchors[oldest:], self.rows[forgotten:])
+        kept = list[Sequence[PastRow]]()
+        for part in (*self.older, self.newer):
+            if len(part) > forgotten:
+                kept.append(part[forgotten:] if forgotten else part)
+            forgotten = max(forgotten - len(part), 0)
+        return Past(anchors[oldest:], (), tuple(kept))
 
     def first_since(self, time_s: float) -> int:
         """Return the number of the first of the rows that are all not older than an instant."""
         number = self.count
-        for row in reversed(self.rows):
-            if row.time_s < time_s:
+        for part in reversed((*self.older, self.newer)):
+            since = _since(part, time_s)
+            number -= since
+            if since < len(part):
                 break
-            number -= 1
+        return number
+
+    def _part_since(self, time_s: float) -> int:
+        """Return a number not above that of `first_since`, without a look into parts."""
+        number = self.count
+        for part in reversed((*self.older, self.newer)):
+            number -= len(part)
+            if part and _oldest_s(part) < time_s:
+                return number + 1
         return number
 
     def since(self, number: int) -> tuple[PastRow, ...]:
         """Return the rows from a number on."""
         return self.rows[number - self.anchors[0].number :]
+
+
+def _unchained(rows: Chained) -> Chunk:
+    times, readings = list[float](), list[Array]()
+    while rows:
+        time_s, y, rows = rows
+        times.append(time_s)
+        readings.append(y)
+    return np.array(times[::-1]), readings[::-1]
+
+
+def _oldest_s(rows: Sequence[PastRow]) -> float:
+    return rows.oldest_s if isinstance(rows, CleanPart) else min(row.time_s for row in rows)
+
+
+def _since(rows: Sequence[PastRow], time_s: float) -> int:
+    """Return how many rows, the last ones, are all not older than an instant."""
+    if isinstance(rows, CleanPart):
+        return rows.since(time_s)
+    for count, row in enumerate(reversed(rows)):
+        if row.time_s < time_s:
+            return count
+    return len(rows)
 
 
 def is_before(anchor: Anchor, number: int) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from estimation.chosen import chosen
-from estimation.watch.asked import NEVER_CALMER, Calmer, Known
+from estimation.watch.asked import NEVER_CALMER, Calmer, Known, Marks
 from estimation.watch.compiled import CompiledStatistics
 from estimation.watch.energy import is_calm
 from estimation.watch.statistics import Statistics
@@ -86,6 +86,32 @@ class Quiet:
         rows = np.array([time_s]), y[None], v[None], S[None]
         is_clean = self.clean(after, *rows, newest_s=time_s, calmer=calmer)
         return (after, std) if is_clean else None
+
+    def again(
+        self, memory: Array, v: Array, S: Array, *, counts: Marks, judged: Marks, fewest: int
+    ) -> float:
+        """Take samples into `memory`, whatever stands out; return the largest score, 0 for none.
+
+        Parameters
+        ----------
+        v, S : (n, n_r), (n, n_r, n_r)
+        counts : (n,) behind which scores are looked at
+        judged : (n_sensors,) whose scores are
+        fewest : samples of a sensor that can be judged
+        """
+        if self._compiled is not None:
+            return self._compiled.again(memory, v, S, counts=counts, judged=judged, fewest=fewest)
+        now, most, samples = memory.tolist(), 0.0, self._statistics.layout.slices["samples"].start
+        for innovation, covariance, is_counted in zip(v.tolist(), S.tolist(), counts, strict=True):
+            z, _ = self._statistics.distances(innovation, covariance)
+            self._statistics.take(now, z)
+            if not is_counted:
+                continue
+            scores = self._statistics.scores(now)
+            known = (i for i in np.flatnonzero(judged) if now[samples + i] >= fewest)
+            most = max(most, max((scores[i] for i in known), default=0.0))
+        memory[:] = now
+        return most
 
     def _is_clean(
         self,

@@ -15,6 +15,7 @@ from estimation.recording import Measurement
 from estimation.watch.hypotheses import Hypothesis
 from estimation.watch.livelier import LEVELS, MotionLevels
 from estimation.watch.past import Anchor, Past, PastRow, is_before
+from estimation.watch.quiet import Quiet
 from estimation.watch.reach import Reach
 from estimation.watch.statistics import Statistics
 from models.arrays import Array
@@ -67,6 +68,9 @@ class Replays:
         self._model, self._levels, self._statistics = model, levels, statistics
         ends = np.cumsum([0, *(sensor.n_y for sensor in model.sensors)])
         self._columns = [slice(a, b) for a, b in itertools.pairwise(ends)]
+        self._quiet, self._numbers = Quiet(statistics), np.arange(statistics.n_sensors)
+        watched = [sensor.index for sensor in statistics.sensors]
+        self._is_watched = np.isin(self._numbers, watched)
         names = model.state_names
         self._biases = [[names.index(b) for b in sensor.bias_states] for sensor in model.sensors]
 
@@ -89,10 +93,11 @@ class Replays:
         return self.before(past, level, past.first_since(newest - back_s))
 
     def before(self, past: Past, level: int, number: int) -> Anchor:
-        """Return what was known in front of a row."""
-        first = min(max(number, past.anchors[0].number), past.count - 1)
+        """Return what was known in front of a row, or of the first that has something before it."""
+        oldest = past.anchors[0]
+        first = min(max(number, oldest.number + (oldest.gaussian is None)), past.count - 1)
         usable = [each for each in past.anchors if is_before(each, first)]
-        anchor = usable[-1] if usable else past.anchors[0]
+        anchor = usable[-1] if usable else oldest
         if anchor.gaussian is not None and anchor.number >= first:
             return anchor
         rows = past.since(anchor.number)[: first - anchor.number]
@@ -133,17 +138,20 @@ class Replays:
         given = [
             self.without(row.y, (row.dropped - undropped) | hypothesis.left_out) for row in rows
         ]
-        memory, score = self._statistics.first().tolist(), 0.0
+        taken, score = self._statistics.first(), 0.0
         fewest = FEWEST_SUDDEN if hypothesis.is_sudden else FEWEST_SAMPLES
         if len(rows) > 1:
             inner, v, S, _ = many(estimator, inner, rows[:-1], given[:-1])
-            for row, innovation, covariance in zip(rows, v.tolist(), S.tolist(), strict=False):
-                z, _ = self._statistics.distances(innovation, covariance)
-                self._statistics.take(memory, z)
-                if row.time_s >= rows[-1].time_s - PEAK_S:
-                    score = max(
-                        score, self._score(memory, hypothesis.left_out, FEWEST_SAMPLES, 0.0)
-                    )
+            counts = [row.time_s >= rows[-1].time_s - PEAK_S for row in rows[:-1]]
+            score = self._quiet.again(
+                taken,
+                v,
+                S,
+                counts=np.array(counts),
+                judged=self._is_watched & ~np.isin(self._numbers, list(hypothesis.left_out)),
+                fewest=FEWEST_SAMPLES,
+            )
+        memory = taken.tolist()
         inner, estimate = estimator.step(inner, Measurement(rows[-1].time_s, given[-1]))
         z, far = self._statistics.distances(
             estimate.innovation.tolist(), estimate.innovation_covariance.tolist()

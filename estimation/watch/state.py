@@ -55,6 +55,7 @@ class WatchState:
     blamed : (n_sensors,) when each was last left out, and how long at least
     level_s : since when the level is what it is
     tried : hypotheses of an alarm that its deadline has not let wait
+    pending : `estimation.watch.in_time.Pending`, None where nothing waits for time
     """
 
     inner: Any
@@ -76,6 +77,7 @@ class WatchState:
     alarm_s: float = np.inf
     level_s: float = -np.inf
     tried: int = 0
+    pending: Any = None
 
     @property
     def left_out(self) -> frozenset[int]:

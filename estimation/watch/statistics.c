@@ -87,7 +87,7 @@ static void distances(const Statistics *s, const real *v, const real *S)
 }
 
 /* Take an instant's z into the memory. */
-static void take(const Statistics *s, real *memory, const real *z)
+static void take_sample(const Statistics *s, real *memory, const real *z)
 {
     const Watch *at = &s->watch;
     const integer n = s->n_sensors, n_r = s->n_r;
@@ -128,97 +128,32 @@ static int is_outlier(const Statistics *s, const real *memory, const real *far, 
            && far[i] > memory[s->watch.energy + i] / usual;
 }
 
+/* A sensor's mean score and its energy over a window, of its limits. */
+static real mean_share(const Statistics *s, const real *memory, integer i, integer w)
+{
+    const Watch *at = &s->watch;
+    const real share = memory[at->share + w * s->n_sensors + i];
+    const real *mean = memory + at->mean + w * s->n_r;
+    real squared = 0;
+    if (!(share > 0)) return 0;
+    for (integer r = s->first_row[i]; r < s->first_row[i + 1]; r++) squared += mean[r] * mean[r];
+    return squared / share / s->limit[2 * s->windows * i + w];
+}
+
+static real energy_share(const Statistics *s, const real *memory, integer i, integer w)
+{
+    const integer windows = s->windows;
+    return memory[s->watch.energy + w * s->n_sensors + i] / s->limit[2 * windows * i + windows + w];
+}
+
 /* The largest share of its limits that a sensor has. */
 static real score_of(const Statistics *s, const real *memory, integer i)
 {
-    const Watch *at = &s->watch;
-    const integer n = s->n_sensors, n_r = s->n_r, windows = s->windows;
-    const real *limit = s->limit + 2 * windows * i;
-    real score = memory[at->outliers + i] / s->outliers[i];
-    for (integer w = 0; w < windows; w++) {
-        const real share = memory[at->share + w * n + i], *mean = memory + at->mean + w * n_r;
-        real squared = 0;
-        if (!(share > 0)) continue;
-        for (integer r = s->first_row[i]; r < s->first_row[i + 1]; r++) squared += mean[r] * mean[r];
-        if (squared / share / limit[w] > score) score = squared / share / limit[w];
-    }
-    for (integer w = 0; w < windows; w++) {
-        const real ratio = memory[at->energy + w * n + i] / limit[windows + w];
-        if (ratio > score) score = ratio;
+    real score = memory[s->watch.outliers + i] / s->outliers[i];
+    for (integer w = 0; w < s->windows; w++) {
+        const real mean = mean_share(s, memory, i, w), energy = energy_share(s, memory, i, w);
+        if (mean > score) score = mean;
+        if (energy > score) score = energy;
     }
     return score;
-}
-
-/* Take an instant as `Statistics.clean` does; returns whether nothing stands out. */
-static int is_clean(const Statistics *s, real *memory, int is_late, real time_s, const real *y,
-                    const real *v, const real *S)
-{
-    if (!is_late && repeats(s, memory, time_s, y, 0)) return 0;
-    distances(s, v, S);
-    for (integer i = 0; i < s->n_sensors; i++)
-        if (s->is_watched[i] && is_outlier(s, memory, s->far, i)) return 0;
-    take(s, memory, s->z);
-    for (integer i = 0; i < s->n_sensors; i++)
-        if (s->is_watched[i] && !isnan(s->far[i])) memory[s->watch.outliers + i] = 0;
-    for (integer i = 0; i < s->n_sensors; i++)
-        if (s->is_watched[i] && score_of(s, memory, i) > 1) return 0;
-    return 1;
-}
-
-/* Whether all inertial sensors would be usual, were their energy larger by a factor. */
-static int is_calm(const Statistics *s, const real *memory, real factor)
-{
-    const integer slow = s->windows - 1, n = s->n_sensors;
-    for (integer i = 0; i < n; i++) {
-        const real energy = memory[s->watch.energy + slow * n + i];
-        if (s->is_inertial[i] && !(factor * energy <= s->usual[2 * s->windows * i + s->windows + slow]))
-            return 0;
-    }
-    return 1;
-}
-
-/* As `watch_clean`, one instant that is not late, of n_x states: from one memory to another. Returns
- * whether nothing stands out, and each state with a limit is known where it was, and only there. */
-integer watch_one(const Statistics *s, const real *before, real *memory, real time_s,
-                  const real *y, const real *v, const real *S, integer n_x, const real *P,
-                  const real *limit, const unsigned char *known, const real *std_before, real *std,
-                  real since_s, real after_s, real factor);
-integer watch_one(const Statistics *s, const real *before, real *memory, real time_s,
-                  const real *y, const real *v, const real *S, integer n_x, const real *P,
-                  const real *limit, const unsigned char *known, const real *std_before, real *std,
-                  real since_s, real after_s, real factor)
-{
-    int is_sure = 1;
-    for (integer i = 0; i < n_x; i++) {
-        std[i] = sqrt(P[i * n_x + i]);
-        if (isnan(limit[i])) continue;
-        is_sure = is_sure && (std[i] < limit[i]) == known[i] && (std_before[i] < limit[i]) == known[i];
-    }
-    if (!is_sure) return 0;
-    memcpy(memory, before, (size_t)s->watch.size * sizeof(real));
-    return is_clean(s, memory, 0, time_s, y, v, S)
-           && !(factor > 0 && !(time_s - since_s < after_s) && is_calm(s, memory, factor));
-}
-
-/* Take n instants up to the first in which something stands out; returns how many. With a factor
- * above 0 calm does, too, after so long. */
-integer watch_clean(const Statistics *s, real *memory, real newest_s, integer n,
-                    const real *time_s, const real *y, const real *v, const real *S,
-                    real since_s, real after_s, real factor);
-integer watch_clean(const Statistics *s, real *memory, real newest_s, integer n,
-                    const real *time_s, const real *y, const real *v, const real *S,
-                    real since_s, real after_s, real factor)
-{
-    const size_t size = (size_t)s->watch.size * sizeof(real);
-    for (integer k = 0; k < n; k++) {
-        memcpy(s->before, memory, size);
-        if (!is_clean(s, memory, time_s[k] < newest_s, time_s[k], y + k * s->n_row,
-                      v + k * s->n_r, S + k * s->n_r * s->n_r)
-            || (factor > 0 && !(time_s[k] - since_s < after_s) && is_calm(s, memory, factor))) {
-            memcpy(memory, s->before, size);
-            return k;
-        }
-        if (time_s[k] > newest_s) newest_s = time_s[k];
-    }
-    return n;
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -18,15 +19,19 @@ from estimation.status import Status
 from estimation.watch.adopting import Adopting
 from estimation.watch.clean_rows import CleanRows
 from estimation.watch.config import WatchConfig
+from estimation.watch.deadline import Clock, Spending, TimedLevels
 from estimation.watch.flags import Flag
 from estimation.watch.following import Following
 from estimation.watch.hypotheses import Causes
 from estimation.watch.in_chunks import in_chunks
+from estimation.watch.in_time import InTime, Look
 from estimation.watch.limits import limits_of
 from estimation.watch.livelier import MotionLevels
 from estimation.watch.lost import CALM_S, LostAndFound
+from estimation.watch.one_call import CleanState
 from estimation.watch.past import Anchor, Past, PastRow
 from estimation.watch.reach import Reach
+from estimation.watch.remembered import RememberedReplays
 from estimation.watch.replay import Replays
 from estimation.watch.returning import Returning
 from estimation.watch.state import RETRY_S, WatchState
@@ -43,15 +48,30 @@ class Watched:
     ----------
     estimator : any `estimation.estimator.Estimator`
     config : see `WatchConfig`
+    clock : s, of its deadline; the machine's own by default
     """
 
-    def __init__(self, estimator: Estimator[Any], config: WatchConfig | None = None) -> None:
+    def __init__(
+        self,
+        estimator: Estimator[Any],
+        config: WatchConfig | None = None,
+        *,
+        clock: Clock = time.perf_counter,
+    ) -> None:
         self.estimator, self.model, self.name = estimator, estimator.model, estimator.name
         config = self.config = checked_config("watch", config, WatchConfig)
         self.lags = estimator.lags if isinstance(estimator, LookingBack) else ()
         levels, statistics = MotionLevels(estimator), Statistics(self.model, limits_of(self.model))
         self._statistics, self._reach = statistics, Reach(self.model)
-        replays = Replays(self.model, levels, statistics)
+        self._look: Look = self._looked_at
+        replays: Any = Replays(self.model, levels, statistics)
+        if config.deadline_s is not None:
+            spending = Spending(config.deadline_s, clock)
+            timed: Any = TimedLevels(levels, spending)
+            replays = RememberedReplays(Replays(self.model, timed, statistics), timed, spending)
+            longest_s = config.replay_s
+            self._look = InTime(self._looked_at, replays, spending, longest_s=longest_s).look
+            config = replace(config, deadline_s=None)  # each replay keeps to it
         adopting = Adopting(replays, statistics, self._reach)
         causes = Causes(self.model, levels.count)
         self._clean = CleanRows(self.model, levels, statistics, self._reach, config.replay_s)
@@ -78,13 +98,19 @@ class Watched:
             blamed=((-np.inf, RETRY_S),) * self._n,
         )
 
-    def step(self, state: WatchState, measurement: Measurement) -> tuple[WatchState, Estimate]:
+    def step(
+        self, state: WatchState | CleanState, measurement: Measurement
+    ) -> tuple[WatchState | CleanState, Estimate]:
         """Take one measurement; return the new state and the estimate x_k|k."""
-        if self._clean.may_take(state):
-            taken = self._clean.one(state, float(measurement.time_s), measurement.y)
-            if taken is not None:
-                return taken
-        return self._looked_at(state, measurement)
+        taken: tuple[WatchState | CleanState, Estimate] | None = None
+        if isinstance(state, CleanState):
+            taken = self._clean.calls[state.since.level].step(state, measurement)
+        elif self._clean.may_take(state):
+            taken = self._clean.one(state, measurement)
+        return taken or self._look(self._whole(state), measurement)
+
+    def _whole(self, state: WatchState | CleanState) -> WatchState:
+        return self._clean.whole(state) if isinstance(state, CleanState) else state
 
     def _looked_at(
         self, state: WatchState, measurement: Measurement
@@ -153,7 +179,7 @@ class Watched:
 
     def batch(
         self,
-        state: WatchState,
+        state: WatchState | CleanState,
         time_s: Array,
         y: Array,
         *,
@@ -169,11 +195,11 @@ class Watched:
         """
         collect = partial(collected, self.name, self.model, covariances=covariances, lags=self.lags)
         return in_chunks(
-            state,
+            self._whole(state),
             time_s,
             y,
             clean=self._clean,
-            look=self._looked_at,
+            look=self._look,
             collect=collect,
             covariances=covariances,
             on_progress=on_progress,

@@ -43,6 +43,7 @@ class Watched:
     stream : returns its model and measurements
     settings : of the estimator
     steps : per kind of measurements in the program
+    watch : whether the export watches its sensors
     """
 
     estimator: str
@@ -51,6 +52,7 @@ class Watched:
     form: str | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     steps: int = 1000
+    watch: bool = False
 
 
 @cache
@@ -85,6 +87,16 @@ EXPORTS: Mapping[str, Watched] = MappingProxyType(
         ),
         "filter in single precision": Watched("ekf", _pen("reference", *CAMERA), "float"),
         "filter at rest": Watched("ekf", _stream("at rest"), settings=LATE),
+        "filter that watches": Watched("ekf", _pen("reference", *CAMERA), watch=True),
+        "filter that watches in single precision": Watched(
+            *("ekf", _pen("reference", *CAMERA), "float"), watch=True
+        ),
+        "window that watches": Watched(
+            *("mhe-rti", _pen("reference", *CAMERA)),
+            settings={"horizon": 4},
+            steps=400,
+            watch=True,
+        ),
         "filter of dpoint": Watched("ekf", _pen("dpoint", *CAMERA), form="root"),
         "filter with inputs": Watched("ekf", _stream("inputs"), "float", settings=LATE),
         "window": Watched("mhe-rti", _swinging, settings={"horizon": 5}),
@@ -112,13 +124,15 @@ EXPORTS: Mapping[str, Watched] = MappingProxyType(
         ),
     }
 )
-QUICK = ("filter with a gate", "window with bounds", "window with inputs")
+QUICK = ("filter with a gate", "filter that watches", "window with bounds", "window with inputs")
 """Those that CI takes."""
 
 
 def export_of(watched: Watched) -> Export:
     """Return the C of an export to watch."""
-    found = exportable(watched.estimator, watched.stream()[0], **watched.settings)
+    found = exportable(
+        watched.estimator, watched.stream()[0], watch=watched.watch, **watched.settings
+    )
     return export_texts(found, watched.real, form=watched.form)
 
 

@@ -110,6 +110,24 @@ def test_what_stands_out_ends_it_and_leaves_no_trace(monkeypatch: pytest.MonkeyP
     assert count in (5, 6), "an accelerometer that repeats itself twice is stuck"
 
 
+def test_a_replay_takes_all_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In C and in Python, whatever stands out; rows of a history are far apart."""
+    statistics, compiled, interpreted = both(pen_model("reference", CHOICES[0]), monkeypatch)
+    _, _, v, S = stream(statistics.model, 6)
+    spread = np.full((N, statistics.model.n_r * (statistics.model.n_r + 1)), np.nan)
+    apart = spread[:, : v.shape[1]], spread[:, v.shape[1] :].reshape(S.shape)
+    apart[0][:], apart[1][:] = v, S
+    rng = np.random.default_rng(7)
+    for first in (0, N - 10, N):
+        counts, judged = np.arange(N) >= first, rng.random(statistics.n_sensors) < 0.7
+        found, expected = statistics.first(), statistics.first()
+        score = compiled.again(found, *apart, counts=counts, judged=judged, fewest=3)
+        same = interpreted.again(expected, v, S, counts=counts, judged=judged, fewest=3)
+        assert score == same
+        assert (score > 0) == (first < N and judged[:3].any())
+        np.testing.assert_array_equal(found, expected)
+
+
 def test_one_instant_is_a_chunk_of_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """In C and in Python; what is known, or not any more, is looked at first."""
     statistics, compiled, interpreted = both(pen_model("reference", CHOICES[0]), monkeypatch)

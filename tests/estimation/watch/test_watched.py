@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from estimation.recording import Recording
 from estimation.status import Status
 from estimation.watch.config import WatchConfig
 from estimation.watch.flags import Flag
-from estimation.watch.replay import Replays
 from estimation.watch.watched import Watched
 from models.arrays import Array
 from models.errors import InputError
@@ -177,30 +175,6 @@ def test_a_brisker_hand_is_livelier_and_no_sensor_blamed() -> None:
         Status.LIVELIER in s for s, t in zip(history.status, history.time_s, strict=True) if t > 1
     ]
     assert all(late)
-
-
-def test_a_deadline_spreads_an_alarm_over_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    counts, replayed, looked_at = list[int](), Replays.replayed, Watched._looked_at
-
-    def counted(*given: Any, **named: Any) -> Any:
-        counts[-1] += 1
-        return replayed(*given, **named)
-
-    def step(*given: Any) -> Any:
-        counts.append(0)
-        return looked_at(*given)
-
-    monkeypatch.setattr(Replays, "replayed", counted)
-    monkeypatch.setattr(Watched, "_looked_at", step)
-    recording = changed("camera", 1.0, lambda values: values * [1, 1, 1, -1, -1, -1]).first(5.5)
-    most = list[int]()
-    for deadline_s in (None, 1e-9):
-        counts.clear()
-        history = run(Watched(Ekf(model()), WatchConfig(deadline_s=deadline_s)), recording)
-        assert said(history, "camera", Flag.LEFT_OUT).size
-        most.append(max(counts))
-    assert most[1] <= 13, "nothing or one of two biases at four instants, and a jolt: all short"
-    assert most[1] < most[0]
 
 
 def test_a_model_of_ones_own() -> None:
