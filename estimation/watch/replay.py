@@ -89,10 +89,11 @@ class Replays:
         return self.before(past, level, past.first_since(newest - back_s))
 
     def before(self, past: Past, level: int, number: int) -> Anchor:
-        """Return what was known in front of a row."""
-        first = min(max(number, past.anchors[0].number), past.count - 1)
+        """Return what was known in front of a row, or of the first that has something before it."""
+        oldest = past.anchors[0]
+        first = min(max(number, oldest.number + (oldest.gaussian is None)), past.count - 1)
         usable = [each for each in past.anchors if is_before(each, first)]
-        anchor = usable[-1] if usable else past.anchors[0]
+        anchor = usable[-1] if usable else oldest
         if anchor.gaussian is not None and anchor.number >= first:
             return anchor
         rows = past.since(anchor.number)[: first - anchor.number]
