@@ -123,7 +123,7 @@ class Following:
             replays = [self._adopting.replay(state, start, each, undropped) for each in tier]
             found += [each for each in replays if each is not None]
         lately = state.past.since(state.past.first_since(t - 3 * WAIT_S))
-        if not np.isfinite(state.alarm_s) or any(row.dropped for row in lately):
+        if not np.isfinite(state.alarm_s) or any(row.unused for row in lately):
             return found, None
         number = state.past.first_since(state.alarm_s - WAIT_S + JOLT_S)
         behind = self._replays.before(state.past, state.level, number)
@@ -135,8 +135,8 @@ class Following:
         past = state.past
         newest = past.first_since(min(t, state.alarm_s - WAIT_S))
         for row in reversed(past.rows):
-            if not undropped <= row.dropped and any(
-                self._replays.has_reading(row.y, i) and i not in row.dropped for i in undropped
+            if not undropped <= row.unused and any(
+                self._replays.has_reading(row.y, i) and i not in row.unused for i in undropped
             ):
                 break
             newest -= 1 if undropped else 0
