@@ -54,7 +54,8 @@ class Following:
         if max(scores) > 1 and t < state.alarm_s and self._waits(state):
             return self._waiting(state, t), estimate
         is_burst = max(scores) <= 1 or (
-            state.level + 1 == self._causes.n_levels and self._waits(state)
+            state.level + 1 == self._causes.n_levels
+            and is_only_energy(self._statistics, state.memory, state.left_out)
         )
         if is_burst and t >= state.alarm_s and state.level > 0:
             return replace(state, alarm_s=np.inf), estimate  # of what is livelier anyway
@@ -78,8 +79,7 @@ class Following:
             state.level,
             may_free=may_free,
             may_restart=self._config.on_lost == "restart",
-            is_livelier=state.level > 0
-            or is_livelier(self._statistics, state.memory, state.left_out),
+            is_livelier=is_livelier(self._statistics, state.memory, state.left_out),
         )
         for tier in tiers:
             tried += 1
@@ -143,8 +143,11 @@ class Following:
         return [self._replays.before(past, state.level, newest - k) for k in range(ONSET_ROWS)]
 
     def _waits(self, state: WatchState) -> bool:
-        """Whether an alarm may be a motion that begins: more will be clear a moment later."""
-        return is_only_energy(self._statistics, state.memory, state.left_out)
+        """Whether an alarm may be a motion that begins: more will be clear a moment later.
+
+        Where the motion is livelier it may always be a burst of that.
+        """
+        return state.level > 0 or is_only_energy(self._statistics, state.memory, state.left_out)
 
     def _waiting(self, state: WatchState, t: float) -> WatchState:
         return state if np.isfinite(state.alarm_s) else replace(state, alarm_s=t + WAIT_S)

@@ -43,7 +43,7 @@ from suites.faults.protocol import ESTIMATORS, MOTION, SENSORS, recorded, writer
 from suites.faults.said import Said
 from suites.faults.scoring import raised
 
-PART_S = 50.0
+PART_S = 150.0
 """Of one motion, at one speed."""
 FIRST_SEED = 20_000
 """Of no other use."""
