@@ -93,7 +93,17 @@ class Causes:
         has_freed: bool,
         may_restart: bool,
     ) -> list[Hypothesis]:
-        """Return hypotheses that a sensor that was left out is right again."""
+        """Return hypotheses that a sensor that was left out is right again.
+
+        Where all inertial sensors are out, they may have been right and the motion livelier.
+        """
         freed = frozenset({sensor}) if sensor in self._with_bias else frozenset[int]()
         biases = (frozenset[int](), freed) if has_freed else (frozenset[int](),)
-        return [Hypothesis(others, each, may_restart, level) for each in biases]
+        found = [Hypothesis(others, each, may_restart, level) for each in biases]
+        inertial = frozenset(self._inertial)
+        if has_freed and len(inertial) > 1 and inertial <= others | {sensor}:
+            found += [
+                Hypothesis(others - inertial, frozenset(), may_restart, more)
+                for more in range(level, self.n_levels)
+            ]
+        return found
