@@ -70,8 +70,12 @@ class Following:
             if counts[each.index] >= each.limits.outliers
         )
         whole = self._replays.start(state.past, state.level, self._config.replay_s)
+        moves_more = is_livelier(self._statistics, state.memory, state.left_out)
+        begins = state.past.anchors[0].time_s is None
         may_free = [
-            i for i in range(self._statistics.n_sensors) if t - state.freed_s[i] > FREED_AGAIN_S
+            i
+            for i in range(self._statistics.n_sensors)
+            if t - state.freed_s[i] > FREED_AGAIN_S and not (begins and moves_more)
         ]
         began, tried, longest_s = time.perf_counter(), 0, 0.0
         tiers = self._causes.tiers(
@@ -79,7 +83,7 @@ class Following:
             state.level,
             may_free=may_free,
             may_restart=self._config.on_lost == "restart",
-            is_livelier=is_livelier(self._statistics, state.memory, state.left_out),
+            is_livelier=moves_more,
         )
         for tier in tiers:
             tried += 1
