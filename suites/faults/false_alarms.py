@@ -1,20 +1,20 @@
 """How often a watch blames a sensor that is well, along hours of motion without a fault.
 
     python -m suites.faults.false_alarms --hours 10 --output alarms.jsonl
-    python -m suites.faults.false_alarms --hours 2 --sensors accel+gyro --estimators mhe-rti \
-        --output rti.jsonl
+    python -m suites.faults.false_alarms --hours 2 --estimators mhe-rti --output rti.jsonl
 
 Hours are of each estimator and choice of sensors, a quarter each at 0.3, 1, 2 and 3 times the speed
 that the pen file states. Of each part of `PART_S` one half is handwriting, the other a motion
 drawn from a model: chains of the hand's RMS speed and rate that do not get faster and faster, as
 white jerk would. Seeds are those of no calibration. A line is written after each part; run again,
-lines of the same build are kept and only what is missing is done.
+lines of the same build are kept and only what is missing is done, those of another are forgotten.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
@@ -30,6 +30,7 @@ from estimation.recording import Recording
 from estimation.status import Status
 from estimation.watch.flags import Flag
 from estimation.watch.watched import Watched
+from models.errors import InputError
 from models.gentle_hand import at_speed, bounded_writing
 from models.motion import AttitudeBoundedRate, Motion
 from models.pen import pen_model
@@ -142,10 +143,19 @@ def watched_part(part: AlarmPart) -> AlarmPart:
 
 
 def kept(path: Path) -> list[AlarmPart]:
-    """Return the parts of a file; none where there is none."""
+    """Return the parts of a file; none where there is none.
+
+    Raises
+    ------
+    InputError
+        If it holds anything else.
+    """
     if not path.exists():
         return []
-    return [AlarmPart(**json.loads(line)) for line in path.read_text("utf-8").splitlines()]
+    try:
+        return [AlarmPart(**json.loads(line)) for line in path.read_text("utf-8").splitlines()]
+    except (ValueError, TypeError):
+        raise InputError(f"{path} is not of this command, expected a new file") from None
 
 
 def table(parts: Sequence[AlarmPart]) -> str:
@@ -187,9 +197,14 @@ def main() -> None:
     parser.add_argument("--sensors", nargs="+", choices=SENSORS, default=SENSORS)
     parser.add_argument("--output", type=Path, required=True)
     given = parser.parse_args()
-    check_file(given.output)
+    if not 0 < given.hours < math.inf:
+        parser.error(f"--hours is {given.hours}, expected a positive number")
     build = code_identity()
-    done = [each for each in kept(given.output) if each.build == build]
+    try:
+        check_file(given.output)
+        done = [each for each in kept(given.output) if each.build == build]
+    except InputError as error:
+        parser.error(str(error))
     keys = {each.key for each in done}
     for part in wanted(build, given.estimators, given.sensors, given.hours):
         if part.key not in keys:

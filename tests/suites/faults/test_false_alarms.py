@@ -66,6 +66,31 @@ def test_what_was_done_by_the_same_build_is_not_done_again(
     assert len(done) == len(kept(path)) == 2 * len(SPEEDS)
 
 
+@pytest.mark.parametrize(
+    ("hours", "output", "said"),
+    [
+        ("0", "new.jsonl", "--hours is 0.0"),
+        ("1", "old.toml", "not of this command"),
+        ("1", "nowhere/new.jsonl", "there is no folder"),
+    ],
+)
+def test_bad_input_is_refused_in_a_sentence(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    hours: str,
+    output: str,
+    said: str,
+) -> None:
+    (tmp_path / "old.toml").write_text("at_s = 3.0\n", "utf-8")
+    given = ["-", "--hours", hours, "--output", str(tmp_path / output)]
+    monkeypatch.setattr(sys, "argv", given)
+    with pytest.raises(SystemExit):
+        false_alarms.main()
+    assert said in capsys.readouterr().err
+    assert (tmp_path / "old.toml").read_text("utf-8") == "at_s = 3.0\n"
+
+
 def test_flags_are_of_an_hour_and_a_sensor() -> None:
     part = AlarmPart("a build", "ekf", BOTH, MOTION, 1.0, 1, livelier_s=15.0)
     flagged = replace(part, raised={"accel": 2, "accel:stuck": 2, "gyro": 1}, lost_s=3.0)
