@@ -24,6 +24,12 @@ JOLT_S = 0.04
 """An alarm by energy that is over so soon was a jolt."""
 ONSET_ROWS = 4
 """What is sudden began at most so many rows before its alarm."""
+BEGINNING = 0.5
+"""Share of the usual energy from which a motion is livelier where rows begin: what is wrong there
+has been so all along, and a sensor that is blamed for nothing does not come back."""
+AWAY_S, RETURNED_S = 1.0, 0.15
+"""Where a sensor was not read for so long, nothing is judged for so long when it is again: what it
+shows was hardly known, and is linearised far from where it is."""
 FREED_AGAIN_S = 4.0
 """So long a bias is not freed again."""
 
@@ -51,6 +57,8 @@ class Following:
         scores = self._statistics.scores(state.memory)
         for i in state.left_out:
             scores[i] = 0.0
+        if max(scores) > 1 and self._has_returned(state, t):
+            return state, estimate
         if max(scores) > 1 and t < state.alarm_s and self._waits(state):
             return self._waiting(state, t), estimate
         is_burst = max(scores) <= 1 or (
@@ -70,8 +78,10 @@ class Following:
             if counts[each.index] >= each.limits.outliers
         )
         whole = self._replays.start(state.past, state.level, self._config.replay_s)
-        moves_more = is_livelier(self._statistics, state.memory, state.left_out)
         begins = state.past.anchors[0].time_s is None
+        moves_more = is_livelier(
+            self._statistics, state.memory, state.left_out, share=BEGINNING if begins else 1.0
+        )
         may_free = [
             i
             for i in range(self._statistics.n_sensors)
@@ -145,6 +155,23 @@ class Following:
                 break
             newest -= 1 if undropped else 0
         return [self._replays.before(past, state.level, newest - k) for k in range(ONSET_ROWS)]
+
+    def _has_returned(self, state: WatchState, t: float) -> bool:
+        """Whether a sensor is read again, since a moment, that was not for long."""
+        rows = state.past.rows
+        for sensor in self._statistics.sensors:
+            read_s = [
+                row.time_s
+                for row in rows
+                if sensor.index not in row.unused and self._replays.has_reading(row.y, sensor.index)
+            ]
+            before_s = [rows[0].time_s, *read_s]
+            if any(
+                after_s - last_s > AWAY_S and t - after_s <= RETURNED_S
+                for last_s, after_s in zip(before_s, read_s, strict=False)
+            ):
+                return True
+        return False
 
     def _waits(self, state: WatchState) -> bool:
         """Whether an alarm may be a motion that begins: more will be clear a moment later.
