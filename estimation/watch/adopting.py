@@ -59,7 +59,7 @@ class Adopting:
             wait_s = RETRY_S if t - last_s > FORGIVEN_S else min(2 * wait_s, LONGEST_RETRY_S)
             out.append(LeftOut(i, t + wait_s))
             blamed[i] = (t, wait_s)
-        past = Past((found.anchor,), state.past.since(found.anchor.number))
+        past = Past((found.anchor,), found.rows)
         return replace(
             state,
             inner=found.inner,

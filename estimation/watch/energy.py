@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Container
 
-from estimation.watch.statistics import LIVELIER, Statistics
+from estimation.watch.statistics import Statistics
 from estimation.watch.watchable import Numbers
 
 BUSY = 0.5
 """Share of the samples with such an energy, in a motion that is livelier."""
 
 
-def is_livelier(statistics: Statistics, memory: Numbers, left_out: Container[int]) -> bool:
+def is_livelier(
+    statistics: Statistics, memory: Numbers, left_out: Container[int], *, share: float = 1.0
+) -> bool:
     """Whether it looks as if the body moves more than its model says.
 
-    All inertial sensors have about as much energy as clean data ever had, or more; or the only
-    thing that stands out is energy, of inertial sensors that are busy with it.
+    All inertial sensors have more energy than a share of the usual: one that lies leaves the
+    others about as they were. Or the only thing that stands out is energy, of those that are busy
+    with it.
     """
     inertial = [x for x in statistics.sensors if x.is_inertial and x.index not in left_out]
     values, windows = statistics.values(memory), statistics.windows
@@ -23,7 +26,7 @@ def is_livelier(statistics: Statistics, memory: Numbers, left_out: Container[int
         max(values[x.index][w] / x.limits.usual[w] for w in range(windows, 2 * windows))
         for x in inertial
     ]
-    if shares and min(shares) > LIVELIER:
+    if shares and min(shares) > share:
         return True
     if not is_only_energy(statistics, memory, left_out):
         return False

@@ -24,6 +24,12 @@ JOLT_S = 0.04
 """An alarm by energy that is over so soon was a jolt."""
 ONSET_ROWS = 4
 """What is sudden began at most so many rows before its alarm."""
+BEGINNING = 0.5
+"""Share of the usual energy from which a motion is livelier where rows begin: what is wrong there
+has been so all along, and a sensor that is blamed for nothing does not come back."""
+AWAY_S, RETURNED_S = 1.0, 0.15
+"""Where a sensor was not read for so long, nothing is judged for so long when it is again: what it
+shows was hardly known, and is linearised far from where it is."""
 FREED_AGAIN_S = 4.0
 """So long a bias is not freed again."""
 
@@ -51,10 +57,13 @@ class Following:
         scores = self._statistics.scores(state.memory)
         for i in state.left_out:
             scores[i] = 0.0
+        if max(scores) > 1 and self._has_returned(state, t):
+            return state, estimate
         if max(scores) > 1 and t < state.alarm_s and self._waits(state):
             return self._waiting(state, t), estimate
         is_burst = max(scores) <= 1 or (
-            state.level + 1 == self._causes.n_levels and self._waits(state)
+            state.level + 1 == self._causes.n_levels
+            and is_only_energy(self._statistics, state.memory, state.left_out)
         )
         if is_burst and t >= state.alarm_s and state.level > 0:
             return replace(state, alarm_s=np.inf), estimate  # of what is livelier anyway
@@ -69,8 +78,14 @@ class Following:
             if counts[each.index] >= each.limits.outliers
         )
         whole = self._replays.start(state.past, state.level, self._config.replay_s)
+        begins = state.past.anchors[0].time_s is None
+        moves_more = is_livelier(
+            self._statistics, state.memory, state.left_out, share=BEGINNING if begins else 1.0
+        )
         may_free = [
-            i for i in range(self._statistics.n_sensors) if t - state.freed_s[i] > FREED_AGAIN_S
+            i
+            for i in range(self._statistics.n_sensors)
+            if t - state.freed_s[i] > FREED_AGAIN_S and not (begins and moves_more)
         ]
         began, tried, longest_s = time.perf_counter(), 0, 0.0
         tiers = self._causes.tiers(
@@ -78,8 +93,7 @@ class Following:
             state.level,
             may_free=may_free,
             may_restart=self._config.on_lost == "restart",
-            is_livelier=state.level > 0
-            or is_livelier(self._statistics, state.memory, state.left_out),
+            is_livelier=moves_more,
         )
         for tier in tiers:
             tried += 1
@@ -123,7 +137,7 @@ class Following:
             replays = [self._adopting.replay(state, start, each, undropped) for each in tier]
             found += [each for each in replays if each is not None]
         lately = state.past.since(state.past.first_since(t - 3 * WAIT_S))
-        if not np.isfinite(state.alarm_s) or any(row.dropped for row in lately):
+        if not np.isfinite(state.alarm_s) or any(row.unused for row in lately):
             return found, None
         number = state.past.first_since(state.alarm_s - WAIT_S + JOLT_S)
         behind = self._replays.before(state.past, state.level, number)
@@ -135,16 +149,36 @@ class Following:
         past = state.past
         newest = past.first_since(min(t, state.alarm_s - WAIT_S))
         for row in reversed(past.rows):
-            if not undropped <= row.dropped and any(
-                self._replays.has_reading(row.y, i) and i not in row.dropped for i in undropped
+            if not undropped <= row.unused and any(
+                self._replays.has_reading(row.y, i) and i not in row.unused for i in undropped
             ):
                 break
             newest -= 1 if undropped else 0
         return [self._replays.before(past, state.level, newest - k) for k in range(ONSET_ROWS)]
 
+    def _has_returned(self, state: WatchState, t: float) -> bool:
+        """Whether a sensor is read again, since a moment, that was not for long."""
+        rows = state.past.rows
+        for sensor in self._statistics.sensors:
+            read_s = [
+                row.time_s
+                for row in rows
+                if sensor.index not in row.unused and self._replays.has_reading(row.y, sensor.index)
+            ]
+            before_s = [rows[0].time_s, *read_s]
+            if any(
+                after_s - last_s > AWAY_S and t - after_s <= RETURNED_S
+                for last_s, after_s in zip(before_s, read_s, strict=False)
+            ):
+                return True
+        return False
+
     def _waits(self, state: WatchState) -> bool:
-        """Whether an alarm may be a motion that begins: more will be clear a moment later."""
-        return is_only_energy(self._statistics, state.memory, state.left_out)
+        """Whether an alarm may be a motion that begins: more will be clear a moment later.
+
+        Where the motion is livelier it may always be a burst of that.
+        """
+        return state.level > 0 or is_only_energy(self._statistics, state.memory, state.left_out)
 
     def _waiting(self, state: WatchState, t: float) -> WatchState:
         return state if np.isfinite(state.alarm_s) else replace(state, alarm_s=t + WAIT_S)

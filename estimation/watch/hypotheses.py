@@ -67,28 +67,27 @@ class Causes:
         suspects = [i for i in self._suspects if i not in out]
         if suspects and len(kept) + len(others) > 1:
             yield [Hypothesis(out | {i}, frozenset(), level=level) for i in suspects]
+        top, moves_more = self.n_levels - 1, is_livelier or level > 0
+        levels = range(level + 1, top + (1 if is_livelier and level > 0 else 0))
         if level == 0:
             yield [Hypothesis(out, frozenset({i}), is_sudden=True) for i in free]
         for is_restart in starts:
-            if is_livelier:
-                yield from self._livelier(out, level, is_restart)
+            livelier = [[Hypothesis(out, frozenset(), is_restart, more)] for more in levels]
+            if moves_more:
+                yield from livelier
             if is_restart:
                 yield [Hypothesis(out, is_restart=True, level=level)]
             yield [Hypothesis(out, frozenset({i}), is_restart, level) for i in free]
             if len(kept) + len(others) > 1:
                 yield [Hypothesis(out | {i}, frozenset(), is_restart, level) for i in kept]
-            if not is_livelier:
-                yield from self._livelier(out, level, is_restart)
+            if not moves_more:
+                yield from livelier
             if len(kept) > 1 and others:
                 yield [Hypothesis(out | set(kept), frozenset(), is_restart, level)]
             if kept:
                 yield [Hypothesis(out | {i}, frozenset(), is_restart, level) for i in others]
-
-    def _livelier(
-        self, out: frozenset[int], level: int, is_restart: bool
-    ) -> Iterator[list[Hypothesis]]:
-        for more in range(level + 1, self.n_levels):
-            yield [Hypothesis(out, frozenset(), is_restart, more)]
+            if moves_more and top > max([level, *levels]):
+                yield [Hypothesis(out, frozenset(), is_restart, top)]
 
     def returning(
         self,
@@ -99,7 +98,17 @@ class Causes:
         has_freed: bool,
         may_restart: bool,
     ) -> list[Hypothesis]:
-        """Return hypotheses that a sensor that was left out is right again."""
+        """Return hypotheses that a sensor that was left out is right again.
+
+        Where all inertial sensors are out, they may have been right and the motion livelier.
+        """
         freed = frozenset({sensor}) if sensor in self._with_bias else frozenset[int]()
         biases = (frozenset[int](), freed) if has_freed else (frozenset[int](),)
-        return [Hypothesis(others, each, may_restart, level) for each in biases]
+        found = [Hypothesis(others, each, may_restart, level) for each in biases]
+        inertial = frozenset(self._inertial)
+        if has_freed and len(inertial) > 1 and inertial <= others | {sensor}:
+            found += [
+                Hypothesis(others - inertial, frozenset(), may_restart, more)
+                for more in range(level, self.n_levels)
+            ]
+        return found

@@ -8,7 +8,7 @@ import casadi as ca
 
 from models.state_space import StateSpaceModel
 
-LEVELS = (1.0, 4.0, 16.0)
+LEVELS = (1.0, 4.0, 16.0, 32.0)
 """By how much its process noise is larger, in standard deviations."""
 
 

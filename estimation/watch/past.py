@@ -27,12 +27,21 @@ class PastRow(NamedTuple):
     ----------
     time_s : s
     y : (n_row,) with all its inputs
-    dropped : sensors whose reading was stuck or an outlier
+    dropped : sensors whose reading was an outlier
+    stuck : those whose reading was one that repeats itself
+    out : those that were left out
     """
 
     time_s: float
     y: Array
     dropped: frozenset[int]
+    stuck: frozenset[int] = frozenset()
+    out: frozenset[int] = frozenset()
+
+    @property
+    def unused(self) -> frozenset[int]:
+        """Sensors whose reading was not used."""
+        return self.dropped | self.stuck | self.out
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,6 +40,7 @@ class Replayed:
     Parameters
     ----------
     anchor : where it began
+    rows : since then, as they were taken
     inner, estimate : the estimator's state and estimate behind its last row
     memory : of the statistics
     score : the largest of the sensors that are kept, over the last `PEAK_S`; inf where none can be
@@ -48,6 +49,7 @@ class Replayed:
 
     hypothesis: Hypothesis
     anchor: Anchor
+    rows: tuple[PastRow, ...]
     inner: Any
     estimate: Estimate
     memory: Array
@@ -101,7 +103,7 @@ class Replays:
         if anchor.gaussian is not None and anchor.number >= first:
             return anchor
         rows = past.since(anchor.number)[: first - anchor.number]
-        given = [self.without(row.y, row.dropped) for row in rows]
+        given = [self.without(row.y, row.unused) for row in rows]
         inner, _, _, (mean, P) = many(self._levels[level], anchor.inner, rows, given)
         return Anchor(first, inner, max(row.time_s for row in rows), GaussianState(mean, P))
 
@@ -135,9 +137,10 @@ class Replays:
             empty = rows[0].y.copy()
             empty[: self._model.n_y] = np.nan
             first, _ = inner, _ = estimator.step(inner, Measurement(start.time_s, empty))
-        given = [
-            self.without(row.y, (row.dropped - undropped) | hypothesis.left_out) for row in rows
-        ]
+        rows = tuple(
+            row._replace(dropped=row.dropped - undropped, out=hypothesis.left_out) for row in rows
+        )
+        given = [self.without(row.y, row.unused) for row in rows]
         taken, score = self._statistics.first(), 0.0
         fewest = FEWEST_SUDDEN if hypothesis.is_sudden else FEWEST_SAMPLES
         if len(rows) > 1:
@@ -160,7 +163,7 @@ class Replays:
         self._statistics.count_outliers(memory, far, self._statistics.outliers(memory, far))
         anchor = Anchor(start.number, first, start.time_s, known)
         score = max(score, self._score(memory, hypothesis.left_out, fewest, float("inf")))
-        return Replayed(hypothesis, anchor, inner, estimate, np.array(memory), score)
+        return Replayed(hypothesis, anchor, rows, inner, estimate, np.array(memory), score)
 
     def _changed(
         self,

@@ -41,11 +41,11 @@ class Taking:
         return row
 
     def taken(
-        self, state: WatchState, t: float, y: Array, dropped: frozenset[int]
+        self, state: WatchState, t: float, y: Array, stuck: frozenset[int]
     ) -> tuple[WatchState, Estimate, frozenset[int]]:
         """Take a row; what is an outlier is not used. `state.memory` is changed in place."""
         estimator, without = self._levels[state.level], self._replays.without
-        skipped = dropped | state.left_out
+        skipped = stuck | state.left_out
         inner, estimate = estimator.step(state.inner, Measurement(t, without(y, skipped)))
         z, far = self._distances(estimate)
         outliers = frozenset[int]()
@@ -71,7 +71,7 @@ class Taking:
             return state
         since_s = t
         for row in reversed(state.past.rows):
-            if sensor in row.dropped:
+            if sensor in row.stuck:
                 since_s = row.time_s
             elif self._replays.has_reading(row.y, sensor):
                 break

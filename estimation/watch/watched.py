@@ -125,17 +125,18 @@ class Watched:
             state = self._lost.restarted(state, t, y)
         is_begun = state.past.anchors is not begun
         state = replace(state, memory=state.memory.copy(), time_s=state.time_s if is_late else t)
-        stuck = [] if is_late else self._statistics.repeats(state.memory, t, y)
-        dropped = frozenset(stuck) - state.left_out
-        state, estimate, outliers = self._taking.taken(state, t, y, dropped)
+        stuck = frozenset[int]()
+        if not is_late:
+            stuck = frozenset(self._statistics.repeats(state.memory, t, y))
+        state, estimate, outliers = self._taking.taken(state, t, y, stuck)
         if is_begun and estimate.window is not None:
             state, estimate = self._lost.settled(state, t, y, estimate)
         state = replace(
             state,
-            past=state.past.after((PastRow(t, y, dropped | outliers),)),
+            past=state.past.after((PastRow(t, y, outliers, stuck, state.left_out),)),
             std=estimate.state.std,
         )
-        for i in sorted(dropped & frozenset(stuck)):
+        for i in sorted(stuck - state.left_out):
             state = self._taking.stuck_long(state, t, i)
         if any(t >= each.retry_s for each in state.out) and not is_late:
             state, estimate = self._returning.tried_again(state, t, estimate)
@@ -145,7 +146,7 @@ class Watched:
         if state.past.is_due() and not is_late:
             past = state.past.anchored(state.inner, t, self.config.replay_s)
             state = replace(state, past=past)
-        told = self._told(state, t, estimate, frozenset(stuck), outliers)
+        told = self._told(state, t, estimate, stuck, outliers)
         return state, replace(told, status=told.status | Status.LOST) if is_begun else told
 
     def _told(

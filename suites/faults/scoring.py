@@ -5,6 +5,8 @@ claimed deviations off than its limit; silent one at which nothing is said that 
 never says. A silent wrong answer is more than `SILENT_S` of both, all such instants together.
 After a fault's end estimates are right again at the begin of the first window of `RIGHT_FOR_S` that
 is right; a fault that stays has no end, and they must be right from within it to the recording's.
+One instant that is off but not wrong is allowed there, however few there are: at 1 Hz, of 6
+quantities at 5 instants one is beyond 3 deviations in 8 % of the runs where every claim is true.
 """
 
 from __future__ import annotations
@@ -176,8 +178,15 @@ def limits(clean: RunErrors) -> Array:
 
 def right_again(errors: RunErrors, fault: Fault) -> float:
     """Return how long until at most `MOST_OFF` of the instants exceed `RIGHT_STDS`, s."""
-    off = np.asarray((errors.stds > RIGHT_STDS).any(axis=1))
-    return _first(errors, fault, lambda rows: float(np.mean(off[rows])) <= MOST_OFF)
+    worst = errors.stds.max(axis=1)
+
+    def holds(rows: slice) -> bool:
+        off = worst[rows][worst[rows] > RIGHT_STDS]
+        if len(off) <= MOST_OFF * len(worst[rows]):
+            return True
+        return fault.stays and len(off) == 1 and bool(off[0] <= WRONG_STDS)
+
+    return _first(errors, fault, holds)
 
 
 def accurate_again(errors: RunErrors, clean: RunErrors, fault: Fault) -> float:

@@ -137,6 +137,14 @@ def test_a_fault_that_stays_has_to_be_right_to_the_end() -> None:
     assert score(late, CLEAN, STAYS).right_s == pytest.approx(4.48, abs=0.015)
 
 
+def test_of_few_instants_one_may_be_off_where_a_fault_stays() -> None:
+    few = np.arange(0.0, 8.0)
+    once = made((5.0, 5.5, 3.2), time_s=few)
+    assert score(once, made(time_s=few), replace(STAYS, at_s=0.0)).right_s == 0
+    twice = made((5.0, 6.5, 3.2), time_s=few)
+    assert score(twice, made(time_s=few), replace(STAYS, at_s=0.0)).right_s == 6.0
+
+
 def test_accurate_again_is_about_errors_and_not_about_claims() -> None:
     clean, wrong = made(names=(*TILT, *TIP)), made(names=(*TILT, *TIP))
     rms_deg = np.degrees(STD_RAD * 0.5 * np.sqrt(2))
