@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from models.arrays import Array
 
@@ -52,7 +53,7 @@ class GravityTurns:
     def __len__(self) -> int:
         return len(self.start_s)
 
-    def some(self, chosen: Array) -> GravityTurns:
+    def some(self, chosen: NDArray[np.bool_]) -> GravityTurns:
         """Return some of the windows."""
         return GravityTurns(
             self.start_s[chosen], self.turned[chosen], self.crossed[chosen], self.leant[chosen]

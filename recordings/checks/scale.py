@@ -1,0 +1,52 @@
+"""Check: is gravity as long as it is, and do rates turn it as fast?
+
+A range that is set otherwise in the sensor than in the logger doubles or halves readings: too
+little for a unit, and wrong all the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from recordings.checks.axes_fit import CANDIDATES
+from recordings.checks.handedness import wrong_axes
+from recordings.checks.looked import Looked
+from recordings.finding import Finding, Severity
+from recordings.turn_factor import turn_factor
+
+OFF, FAR_OFF = 1.12, 1.4
+"""Times by which gravity differs from what is due: to remark, and to be no answer."""
+RATE_FAR_OFF = 1.6
+"""The same of a gyroscope, from turning, to which a hand's acceleration adds."""
+
+
+def check_scale(looked: Looked) -> Iterator[Finding]:
+    """Find accelerometers and gyroscopes with a factor of their own."""
+    gravity, norms = looked.pen.gravity_m_s2, {}
+    for name, (_, force) in looked.forces.items():
+        norms[name] = float(np.median(np.linalg.norm(force, axis=1)))
+        factor = norms[name] / gravity
+        if not 1 / OFF < factor < OFF and norms[name] > 0:
+            yield Finding(
+                f"the median of its norm is {norms[name]:.3g} m/s², {factor:.2g} times gravity",
+                name,
+                0.9,
+                "look at the range that is set in it and that its counts are scaled by, or give "
+                "its bias and sensitivity in the pen file (pen-mhe calibrate still)",
+                Severity.REMARK if 1 / FAR_OFF < factor < FAR_OFF else Severity.NOT_MEANT,
+            )
+    for pair in looked.pairs:
+        way = wrong_axes(pair.fit)
+        time_s, rate = looked.rates[pair.rate]
+        k = turn_factor(*looked.forces[pair.force], time_s, rate @ CANDIDATES[way or 0].T)
+        if k is not None and not 1 / RATE_FAR_OFF < k < RATE_FAR_OFF:
+            yield Finding(
+                f"its rates are {1 / k:.2g} times as fast as gravity turns in {pair.force}",
+                pair.rate,
+                0.9,
+                "look at the range that is set in it and that its counts are scaled by, and at "
+                "the unit of its columns",
+                Severity.NOT_MEANT,
+            )
