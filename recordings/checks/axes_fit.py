@@ -64,6 +64,10 @@ class AxesFit:
         spread = float(np.sqrt(2 * np.sum(more**2)))  # windows overlap by half
         return float(more.sum()) / spread if spread > 0 else 0.0
 
+    def unexplained(self, one: int) -> float:
+        """Return which part of gravity's turning a candidate leaves unexplained: 1 - ρ², or 1."""
+        return 1 - max(float(self.correlation[one]), 0.0) ** 2
+
     def alike(self, at_most: float) -> list[int]:
         """Return the candidates that cost no more than the best, but for so many errors."""
         return [i for i in range(len(CANDIDATES)) if self.worse_by(i, self.best) <= at_most]

@@ -16,6 +16,8 @@ MOST = 0.1
 """Part of the readings at an end from which on an estimate cannot be meant."""
 FEWEST, PLATEAUS = 4, 2
 """Readings at an end, and plateaus of them."""
+BEYOND = 1.02
+"""Times its range that readings of a sensor can not have."""
 STEEP = 5.0
 """Finest steps, or noises, by which readings jump into a plateau that is no slow turn."""
 
@@ -25,28 +27,34 @@ def check_clipping(looked: Looked) -> Iterator[Finding]:
     for name, sensor in looked.inertial.items():
         time_s, values = looked.raw[name]
         limit, unit = sensor.reading_limit, readable_unit(sensor.si_unit)
-        at_end = np.zeros(len(values), dtype=bool)
-        ends = []
-        for axis, column in zip(sensor.axes, values.T, strict=True):
-            told = limit is not None and np.abs(column).max() >= limit
-            end = limit if told and limit is not None else _plateau(column)
-            if end is not None:
-                at_end |= np.abs(column) >= end
-                ends.append(f"{axis} at {end:.4g} {unit}")
+        largest = float(np.abs(values).max())
+        ends = np.full(values.shape[1], np.inf)
+        if limit is not None and largest >= limit:
+            ends[:] = limit
+        else:
+            for i, column in enumerate(values.T):
+                ends[i] = _plateau(column) or np.inf
+        at_end = (np.abs(values) >= ends).any(axis=1)
         if at_end.sum() < FEWEST:
             continue
-        part = float(at_end.mean())
-        known = limit is not None and np.abs(values).max() >= limit
-        remedy = "set a larger range in the sensor" + (
-            "; such readings are not used"
-            if known
-            else f", or say its end in the pen file: range_{sensor.si_unit} = "
-            f"{np.abs(values).max():.6g}, then such readings are not used"
-        )
-        where = np.flatnonzero(at_end)
+        part, where = float(at_end.mean()), np.flatnonzero(at_end)
+        of_all = f"{int(at_end.sum())} readings, {part:.2g} of all,"
+        key = f"range_{sensor.si_unit}"
+        if limit is not None and largest > BEYOND * limit:
+            what = f"{of_all} are beyond its range in the pen file, {limit:.4g} {unit}"
+            remedy = f"they are not used; if its range is larger, say so there: {key}"
+        elif limit is not None and largest >= limit:
+            what = f"{of_all} are at the end of its range, {limit:.4g} {unit}"
+            remedy = "they are not used; set a larger range in the sensor"
+        else:
+            axes = [axis for axis, end in zip(sensor.axes, ends, strict=True) if np.isfinite(end)]
+            what = f"{of_all} are cut off at {largest:.4g} {unit}, on {' and '.join(axes)}"
+            remedy = (
+                "set a larger range in the sensor, or let such readings out by its range in the "
+                f"pen file: {key} = {0.999 * largest:.5g}"
+            )
         yield Finding(
-            f"{int(at_end.sum())} readings ({part:.2g} of all) are at the end of its range "
-            f"({', '.join(ends)})",
+            what,
             name,
             0.95,
             remedy,

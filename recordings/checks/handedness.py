@@ -22,9 +22,9 @@ from recordings.finding import Finding, Severity
 
 LEAST_CORRELATION = 0.85
 """Of the axes that fit best."""
-BETTER = 0.3
-"""By which the correlation of the axes as they are is lower."""
-ERRORS = 2.0
+BETTER = 4.0
+"""Times what the axes that fit best leave unexplained, 1 - ρ², that the axes as they are leave."""
+ERRORS = 1.8
 """Standard errors by which the axes as they are cost more."""
 AS_GOOD = 1.0
 """Standard errors within which another way fits as well: the plainest of them is taken."""
@@ -48,11 +48,9 @@ def wrong_axes(fit: AxesFit | None) -> int | None:
     if fit is None:
         return None
     best = fit.best
-    if (
-        fit.worse_by(0, best) < ERRORS
-        or fit.correlation[best] < LEAST_CORRELATION
-        or fit.correlation[0] > fit.correlation[best] - BETTER
-    ):
+    if fit.worse_by(0, best) < ERRORS or fit.correlation[best] < LEAST_CORRELATION:
+        return None
+    if fit.unexplained(0) < BETTER * fit.unexplained(best):
         return None
     return max(fit.alike(AS_GOOD), key=_plainness)
 

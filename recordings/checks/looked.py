@@ -76,8 +76,12 @@ class Looked:
     def stuck(self) -> dict[str, list[Run]]:
         """Where inertial sensors repeat a reading."""
         return {
-            name: stuck_runs(*self.raw[name], [self.raw[o] for o in self.inertial if o != name])
-            for name in self.inertial
+            name: stuck_runs(
+                *self.raw[name],
+                [self.raw[other] for other in self.inertial if other != name],
+                limit=sensor.reading_limit,
+            )
+            for name, sensor in self.inertial.items()
         }
 
     @cached_property

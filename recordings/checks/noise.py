@@ -18,10 +18,8 @@ stands for a pen that scratches over paper is several times above that at rest."
 
 def check_noise(looked: Looked) -> Iterator[Finding]:
     """Find sensors whose noise at rest is far from the pen file's."""
-    for name, sensor in looked.inertial.items():
-        at_rest = noise_at_rest(*looked.signals[name])
-        if at_rest is None:
-            continue
+    for name, at_rest in noise_at_rest(looked.signals).items():
+        sensor = looked.inertial[name]
         seen, told = float(np.sqrt(np.mean(at_rest**2))), sensor.sample_std
         if told / QUIETER < seen < LOUDER * told:
             continue

@@ -1,38 +1,70 @@
-"""The noise of a sensor in blocks in which it rests: there what it reads is white."""
+"""When a pen rests, and how noisy its sensors are then.
+
+A pen that lies still reads white noise in every inertial sensor at once, of one mean, for longer
+than a second; one that writes may read white noise in some, as paper scratches.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from itertools import pairwise
+
 import numpy as np
+from numpy.typing import NDArray
 
 from models.arrays import Array
 
 BLOCK_S = 0.5
 FEWEST, BLOCKS = 8, 3
-"""Readings in a block, and blocks."""
+"""Readings in a block, and successive blocks of a rest."""
 WHITE = 0.4
 """Mean square of successive differences over twice the variance: 1 for white noise, little for a
 hand."""
+HALVES = 5.0
+"""Standard errors by which the means of a rest's blocks differ at most."""
 
 
-def noise_at_rest(time_s: Array, values: Array) -> Array | None:
-    """Return the standard deviation of a reading at rest (k,); None without a rest.
+def noise_at_rest(signals: Mapping[str, tuple[Array, Array]]) -> dict[str, Array]:
+    """Return the standard deviations of readings (k,) at rest by sensor; none without a rest.
 
     Parameters
     ----------
-    time_s, values : (n,), (n, k) of complete readings
+    signals : times (n,) and complete readings (n, k) of all inertial sensors
     """
-    block = np.floor((time_s - time_s[0]) / BLOCK_S)
-    _, first, count = np.unique(block, return_index=True, return_counts=True)
-    found = []
-    for start, n in zip(first, count, strict=True):
-        here = values[start : start + n]
-        if n < FEWEST:
-            continue
-        variance = here.var(axis=0, ddof=1)
-        steps = np.mean(np.diff(here, axis=0) ** 2, axis=0) / 2
-        if (steps >= WHITE * variance).all() and (variance > 0).any():
-            found.append(variance)
-    if len(found) < BLOCKS:
-        return None
-    quietest = np.sort(np.array(found), axis=0)[: max(BLOCKS, len(found) // 2)]
-    return np.asarray(np.sqrt(quietest.mean(axis=0)))
+    known = {name: signal for name, signal in signals.items() if len(signal[0]) >= FEWEST}
+    if not known:
+        return {}
+    start_s = min(float(time_s[0]) for time_s, _ in known.values())
+    end_s = max(float(time_s[-1]) for time_s, _ in known.values())
+    blocks = int((end_s - start_s) / BLOCK_S) + 1
+    seen = {name: _Blocks(start_s, blocks, *signal) for name, signal in known.items()}
+    white = np.all([each.white for each in seen.values()], axis=0)
+    alike = np.all([each.alike for each in seen.values()], axis=0)
+    rests = white.copy()
+    rests[1:] &= white[:-1] & alike
+    whole = np.convolve(rests[1:], np.ones(BLOCKS - 1), "valid") == BLOCKS - 1
+    at = np.unique(np.flatnonzero(whole)[:, None] + np.arange(BLOCKS))
+    if not len(at):
+        return {}
+    return {name: np.sqrt(np.median(each.variance[at], axis=0)) for name, each in seen.items()}
+
+
+class _Blocks:
+    """Blocks of one sensor: variance (b, k), whether white (b,), whether of the mean before it."""
+
+    def __init__(self, start_s: float, blocks: int, time_s: Array, values: Array) -> None:
+        self.variance = np.full((blocks, values.shape[1]), np.nan)
+        mean = np.full((blocks, values.shape[1]), np.nan)
+        n = np.zeros(blocks)
+        self.white: NDArray[np.bool_] = np.zeros(blocks, dtype=bool)
+        edges = np.searchsorted(time_s, start_s + BLOCK_S * np.arange(blocks + 1))
+        for i, (a, b) in enumerate(pairwise(edges)):
+            here = values[a:b]
+            if b - a < FEWEST:
+                continue
+            n[i], mean[i], self.variance[i] = b - a, here.mean(axis=0), here.var(axis=0, ddof=1)
+            steps = np.mean(np.diff(here, axis=0) ** 2, axis=0) / 2
+            self.white[i] = (steps >= WHITE * self.variance[i]).all() and self.variance[i].any()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            chance = self.variance[1:] / n[1:, None] + self.variance[:-1] / n[:-1, None]
+            self.alike = (np.diff(mean, axis=0) ** 2 <= HALVES**2 * chance).all(axis=1)

@@ -59,14 +59,25 @@ def noise_of_steps(values: Array) -> tuple[Array, Array]:
     return finest, np.asarray(noise)
 
 
-def stuck_runs(time_s: Array, values: Array, others: list[tuple[Array, Array]]) -> list[Run]:
+def stuck_runs(
+    time_s: Array,
+    values: Array,
+    others: list[tuple[Array, Array]],
+    *,
+    limit: float | None = None,
+) -> list[Run]:
     """Return the runs that are no rest.
 
     Parameters
     ----------
     others : times and readings of other sensors that would see the pen move
+    limit : end of the sensor's range; a reading that is there on every axis is no stuck one
     """
-    found = runs_of(time_s, values)
+    found = [
+        run
+        for run in runs_of(time_s, values)
+        if limit is None or (np.abs(values[run.first]) < limit).any()
+    ]
     if not found:
         return []
     free = np.ones(len(values), dtype=bool)

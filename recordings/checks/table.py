@@ -48,7 +48,6 @@ CHECKS = (
     Check("gaps", "Are stretches of readings missing?", check_gaps, ("time unit",)),
     Check("jitter", "Are stamps those of sampling?", check_jitter, ("time unit",)),
     Check("stuck", "Does a sensor repeat one reading?", check_stuck, ("time unit",)),
-    Check("clipping", "Does a sensor reach the end of its range?", check_clipping),
     Check(
         "missing gravity",
         "Is gravity in the accelerometer?",
@@ -61,6 +60,7 @@ CHECKS = (
         check_unit_of_readings,
         ("time unit", "missing gravity"),
     ),
+    Check("clipping", "Does a sensor reach the end of its range?", check_clipping, ("units",)),
     Check(
         "scale",
         "Is gravity as long as it is, and do rates turn it as fast?",
