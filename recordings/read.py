@@ -82,8 +82,8 @@ def read_written(
     pen : a pen, the name of a bundled one, or the path of a pen file
     units : sensor name, or ``time`` → unit, for tables whose headers have none: ``mg``, or
         ``g/16384`` for counts
-    columns : sensor name, or ``time`` → its columns: ``"accel=ax,ay,az;time=millis"``; names of
-        all columns for a file without a header
+    columns : sensor name, or ``time`` → its columns: ``"accel=ax,-ay,az;time=millis"``, a minus
+        turns a sign; names of all columns for a file without a header
     strict : refuse what would have to be repaired: stamps that repeat or go back, lines that
         are cut off
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from estimation.recording import Recording
 from recordings.finding import Finding
@@ -17,12 +18,14 @@ class WrittenRecording:
     ----------
     notes : sentences on what was recognised, ignored and repaired in a file of somebody else's
     findings : what an estimate may suffer from
+    columns : sensor → its columns in a file of somebody else's, axis by axis
     """
 
     recording: Recording
     ink: Ink | None = None
     notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
+    columns: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def sentences(self) -> list[str]:
         """Return what the reader says of the file."""

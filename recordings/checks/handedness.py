@@ -83,7 +83,7 @@ def _of_rate(looked: Looked, pair: Pair, way: int) -> Finding:
             f"({', '.join(turned_axes(mirrored))}) of what it reads"
         )
     else:
-        remedy = columns_remedy(pair.rate, own)
+        remedy = columns_remedy(looked, pair.rate, own)
     return Finding(what, pair.rate, 0.98, remedy, Severity.NOT_MEANT)
 
 
@@ -99,7 +99,7 @@ def _of_force(looked: Looked, pair: Pair, way: int) -> Finding:
         f"{what_is_wrong(own)}: gravity turns in it otherwise than {pair.rate} says, and than in "
         "another accelerometer"
     )
-    remedy = columns_remedy(pair.force, own)
+    remedy = columns_remedy(looked, pair.force, own)
     if np.linalg.det(Q) > 0:
         remedy = (
             f"in the pen file\n[sensors.{pair.force}]\nsensor_to_body = {matrix_text(Q @ mounted)}"
@@ -107,9 +107,9 @@ def _of_force(looked: Looked, pair: Pair, way: int) -> Finding:
     return Finding(what, pair.force, 0.95, remedy, Severity.NOT_MEANT)
 
 
-def columns_remedy(name: str, own: Array) -> str:
+def columns_remedy(looked: Looked, name: str, own: Array) -> str:
     """Return how a sensor's columns are read with other signs or in another order."""
-    columns = ",".join(turned_axes(own, [f"{name}_{axis}" for axis in "xyz"]))
+    columns = ",".join(turned_axes(own, looked.columns_of(name))).replace("--", "")
     return f'read its columns as --columns "{name}={columns}", or mend the logger'
 
 

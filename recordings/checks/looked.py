@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -49,10 +50,25 @@ class Looked:
     recording : see `recordings.checks.sketch.Sketch`
     pen : whose sensors it has
     breaks_s : times after which rows were left out
+    columns : sensor → its columns in the file, where they have names of their own
     """
 
-    def __init__(self, recording: Recording, pen: PenConfig, breaks_s: Array) -> None:
+    def __init__(
+        self,
+        recording: Recording,
+        pen: PenConfig,
+        breaks_s: Array,
+        *,
+        columns: Mapping[str, tuple[str, ...]] | None = None,
+    ) -> None:
         self.recording, self.pen, self.breaks_s = recording, pen, breaks_s
+        self._columns = columns or {}
+
+    def columns_of(self, name: str) -> tuple[str, ...]:
+        """Return the names of a sensor's columns in its file, axis by axis."""
+        axes = [axis for axis, _ in self.pen.sensors[name].reading_axes]
+        given = self._columns.get(name, ())
+        return given if len(given) == len(axes) else tuple(f"{name}_{axis}" for axis in axes)
 
     @cached_property
     def inertial(self) -> dict[str, InertialSensor]:

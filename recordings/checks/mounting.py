@@ -93,7 +93,7 @@ def _upside_down(looked: Looked, name: str, why: str, sure: float) -> Finding:
         "not tell which",
         name,
         sure,
-        f"{columns_remedy(name, -np.eye(3))}; or else in the pen file"
+        f"{columns_remedy(looked, name, -np.eye(3))}; or else in the pen file"
         f"{_proposed(looked, name, axis)}",
         Severity.NOT_MEANT,
     )
