@@ -47,11 +47,13 @@ class AxesFit:
     costs : (48, w) Huber costs, in units of the scale's square
     correlation : (48,) between Δ and what is predicted
     bias : (48, 3) b, rad/s
+    factor : (48,) by which gravity turns faster than is predicted
     """
 
     costs: Array
     correlation: Array
     bias: Array
+    factor: Array
 
     @cached_property
     def best(self) -> int:
@@ -92,14 +94,8 @@ def fit_axes(turns: GravityTurns) -> AxesFit:
         weight = 1 / np.maximum(residual / (HUBER * scale), 1.0)
     size = residual / scale
     costs = np.where(size <= HUBER, size**2 / 2, HUBER * size - HUBER**2 / 2)
-    return AxesFit(costs, _correlation(turns, predicted, bias, B, weight), bias)
-
-
-def _correlation(
-    turns: GravityTurns, predicted: Array, bias: Array, B: Array, weight: Array
-) -> Array:
     whole = predicted + np.einsum("wca,ka->kwc", B, bias)
-    together = np.einsum("kw,wc,kwc->k", weight, turns.turned, whole)
-    own = np.einsum("kw,wc,wc->k", weight, turns.turned, turns.turned)
-    its = np.einsum("kw,kwc,kwc->k", weight, whole, whole)
-    return np.asarray(together / (np.sqrt(own * its) + np.finfo(float).tiny))
+    together = np.sum(weight * np.sum(turns.turned * whole, axis=2), axis=1)
+    own = np.sum(weight * np.sum(turns.turned**2, axis=1), axis=1)
+    its = np.sum(weight * np.sum(whole**2, axis=2), axis=1) + np.finfo(float).tiny
+    return AxesFit(costs, together / np.sqrt(own * its), bias, together / its)

@@ -23,6 +23,8 @@ ROUNDS = 3
 LONGEST_S = 0.3
 LEAST_S, LEAST_STEPS = 0.015, 1.5
 """A lag is at least so long, and so many intervals of the slower sensor."""
+FEWEST = 6
+"""Windows."""
 ERRORS = 5.0
 HUBER = 1.5
 
@@ -55,19 +57,24 @@ def lag_of(looked: Looked, pair: Pair) -> tuple[float, float] | None:
     way = wrong_axes(pair.fit) or 0
     P, bias = CANDIDATES[way].ravel(), pair.fit.bias[way]
     force, rate = looked.forces[pair.force], looked.rates[pair.rate]
-    lag_s, std_s = 0.0, np.inf
+    lag_s, std_s, here = 0.0, np.inf, pair.turns
     for _ in range(ROUNDS):
-        three = [
-            gravity_turns(*force, *rate, lag_s=lag_s + shift) for shift in (-STEP_S, 0.0, STEP_S)
-        ]
-        shared = set(three[0].start_s) & set(three[1].start_s) & set(three[2].start_s)
-        if len(shared) < 4:
+        early, late = (
+            gravity_turns(*force, *rate, lag_s=lag_s + shift) for shift in (-STEP_S, STEP_S)
+        )
+        shared = sorted(set(early.start_s) & set(here.start_s) & set(late.start_s))
+        if len(shared) < FEWEST:
             return None
-        early, here, late = (turns.some(np.isin(turns.start_s, sorted(shared))) for turns in three)
-        missing = here.turned - here.by_axes @ P - here.by_bias @ bias
-        slope = (late.by_axes - early.by_axes) @ P / (2 * STEP_S)
+        first, middle, last = (
+            one.some(np.isin(one.start_s, shared)) for one in (early, here, late)
+        )
+        missing = middle.turned - middle.by_axes @ P - middle.by_bias @ bias
+        slope = (last.by_axes - first.by_axes) @ P / (2 * STEP_S)
         step_s, std_s = _step(missing, slope)
         lag_s = float(np.clip(lag_s + step_s, -LONGEST_S, LONGEST_S))
+        if abs(step_s) < LEAST_S / 2:
+            break
+        here = gravity_turns(*force, *rate, lag_s=lag_s)
     return lag_s, std_s
 
 

@@ -15,14 +15,25 @@ from models.sensor_kinds.inertial import InertialSensor
 from recordings.checks.axes_fit import CANDIDATES, AxesFit, fit_axes
 from recordings.checks.lever import Lever, lever_of
 from recordings.checks.mountings import up_of
+from recordings.checks.quiet import noise_at_rest
 from recordings.checks.repeats import Run, stuck_runs
 from recordings.checks.turns import GravityTurns, gravity_turns
 
 Signal = tuple[Array, Array]
 """Times (n,) and complete readings (n, k) of a sensor."""
+ENOUGH_HZ = 150.0
+"""For what a hand does; more readings are averaged."""
 FEWEST_TURNS = 4
 """Windows in which gravity turned."""
 LEAST_TURN_RAD = np.radians(1.5)
+
+
+def fewer(time_s: Array, values: Array) -> Signal:
+    """Return means of successive readings, as many as keep to `ENOUGH_HZ`."""
+    steps = np.diff(time_s)
+    k = max(1, int(1 / (ENOUGH_HZ * float(np.median(steps))))) if len(steps) else 1
+    n = len(time_s) // k * k
+    return time_s[:n].reshape(-1, k).mean(axis=1), values[:n].reshape(-1, k, 3).mean(axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +124,11 @@ class Looked:
             found[name] = time_s[free], values[free] - bias
         return found
 
+    @cached_property
+    def noise(self) -> dict[str, Array]:
+        """Standard deviations (k,) of inertial sensors at rest; none without a rest."""
+        return noise_at_rest(self.signals)
+
     def steps_of(self, name: str) -> Signal:
         """Return when (n,) steps of a sensor begin, and how long (n,) they are, without breaks."""
         time_s, _ = self.raw[name]
@@ -138,7 +154,9 @@ class Looked:
             time_s, values = self.signals[name]
             if getattr(sensor, what) and len(sensor.axes) == 3 and len(time_s) > 1:
                 order = ["xyz".index(axis) for axis in sensor.axes]
-                found[name] = time_s, values @ np.array(sensor.sensor_to_body)[:, order].T
+                mounted = np.array(sensor.sensor_to_body)[:, order]
+                time_s, values = fewer(time_s, values)
+                found[name] = time_s, values @ mounted.T
         return found
 
     @cached_property
@@ -172,7 +190,11 @@ class Looked:
             best = pair.fit.best if pair.fit.worse_by(0, pair.fit.best) > 1 else 0
             time_s, rate = self.rates[pair.rate]
             turned = rate @ CANDIDATES[best].T + pair.fit.bias[best]
-            lever = lever_of(*self.forces[pair.force], time_s, turned)
+            force = self.forces[pair.force]
+            of_one = self.noise.get(pair.force, np.zeros(1)) ** 2
+            fewer_by = len(self.signals[pair.force][0]) // len(force[0])
+            noise = float(np.sqrt(of_one.mean() / fewer_by))
+            lever = lever_of(*force, time_s, turned, noise_std=noise)
             if lever is not None:
                 found[pair.force] = lever
         return found

@@ -8,7 +8,6 @@ import numpy as np
 
 from models.units import readable_unit
 from recordings.checks.looked import Looked
-from recordings.checks.quiet import noise_at_rest
 from recordings.finding import Finding
 
 LOUDER, QUIETER = 4.0, 15.0
@@ -18,7 +17,7 @@ stands for a pen that scratches over paper is several times above that at rest."
 
 def check_noise(looked: Looked) -> Iterator[Finding]:
     """Find sensors whose noise at rest is far from the pen file's."""
-    for name, at_rest in noise_at_rest(looked.signals).items():
+    for name, at_rest in looked.noise.items():
         sensor = looked.inertial[name]
         seen, told = float(np.sqrt(np.mean(at_rest**2))), sensor.sample_std
         if told / QUIETER < seen < LOUDER * told:

@@ -10,15 +10,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from recordings.checks.axes_fit import CANDIDATES
-from recordings.checks.handedness import wrong_axes
+from recordings.checks.handedness import LEAST_CORRELATION, wrong_axes
 from recordings.checks.looked import Looked
 from recordings.finding import Finding, Severity
-from recordings.turn_factor import turn_factor
 
 OFF, FAR_OFF = 1.12, 1.4
 """Times by which gravity differs from what is due: to remark, and to be no answer."""
-RATE_FAR_OFF = 1.6
+RATE_OFF = 1.6
 """The same of a gyroscope, from turning, to which a hand's acceleration adds."""
 
 
@@ -38,10 +36,11 @@ def check_scale(looked: Looked) -> Iterator[Finding]:
                 Severity.REMARK if 1 / FAR_OFF < factor < FAR_OFF else Severity.NOT_MEANT,
             )
     for pair in looked.pairs:
-        way = wrong_axes(pair.fit)
-        time_s, rate = looked.rates[pair.rate]
-        k = turn_factor(*looked.forces[pair.force], time_s, rate @ CANDIDATES[way or 0].T)
-        if k is not None and not 1 / RATE_FAR_OFF < k < RATE_FAR_OFF:
+        if pair.fit is None:
+            continue
+        way = wrong_axes(pair.fit) or 0
+        k = float(pair.fit.factor[way])
+        if pair.fit.correlation[way] > LEAST_CORRELATION and not 1 / RATE_OFF < k < RATE_OFF:
             yield Finding(
                 f"its rates are {1 / k:.2g} times as fast as gravity turns in {pair.force}",
                 pair.rate,

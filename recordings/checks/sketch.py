@@ -16,28 +16,27 @@ class Sketch:
     """Keeps blocks of a recording whose parts pass by; memory does not grow with it."""
 
     def __init__(self) -> None:
-        self._every, self._count = 1, 0
+        self._every, self._count, self._rows = 1, 0, 0
         self._kept: list[tuple[int, Recording]] = []
         self._open: list[Recording] = []
 
     def take(self, part: Recording) -> None:
         """Look at the next part."""
-        while len(part.time_s):
-            room = BLOCK_ROWS - sum(len(one.time_s) for one in self._open)
-            rows = np.arange(len(part.time_s))
-            self._open.append(part.some_rows(rows < room))
-            if room > len(rows):
-                return
-            self._close()
-            if room == len(rows):
-                return
-            part = part.some_rows(rows >= room)
+        start, n = 0, len(part.time_s)
+        while start < n:
+            end = min(n, start + BLOCK_ROWS - self._rows)
+            if self._count % self._every == 0:
+                self._open.append(part.some_rows(np.arange(start, end)))
+            self._rows += end - start
+            if self._rows == BLOCK_ROWS:
+                self._close()
+            start = end
 
     def _close(self) -> None:
-        block = joined(self._open) if len(self._open) > 1 else self._open[0]
-        self._open = []
-        if self._count % self._every == 0:
+        if self._open:
+            block = joined(self._open) if len(self._open) > 1 else self._open[0]
             self._kept.append((self._count, block))
+        self._open, self._rows = [], 0
         self._count += 1
         if len(self._kept) > MOST_BLOCKS:
             self._every *= 2

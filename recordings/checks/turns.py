@@ -62,9 +62,7 @@ class GravityTurns:
     @property
     def by_axes(self) -> Array:
         """(w, 3, 9) derivative of the prediction of Δ by the entries of P, row by row."""
-        return -np.einsum("cad,wbd->wcab", EPSILON, self.crossed, optimize=True).reshape(
-            len(self), 3, 9
-        )
+        return -np.einsum("cad,wbd->wcab", EPSILON, self.crossed).reshape(len(self), 3, 9)
 
     @property
     def by_bias(self) -> Array:
@@ -111,7 +109,7 @@ def gravity_turns(
             (
                 start,
                 -phi_dot @ u[here],
-                np.einsum("n,na,nb->ab", phi, omega[here], u[here], optimize=True),
+                (phi[:, None] * omega[here]).T @ u[here],
                 phi @ u[here],
             )
         )

@@ -104,7 +104,7 @@ class Group:
 
     def columns(self) -> str:
         """Return the names of its columns in a sentence."""
-        names = ", ".join(short(header) for header in self.headers.values())
+        names = ", ".join(map(short, self.axis_columns()))
         return names if self.added is None else f"{names} plus {', '.join(self.added.values())}"
 
 
