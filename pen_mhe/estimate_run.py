@@ -129,7 +129,8 @@ def estimate_recording(
         lag_samples=lag,
         rows_without=len(times) - len(output),
         is_smoothed=smooth,
-        notes=tuple(loaded.sentences()),
+        notes=loaded.notes,
+        findings=loaded.checked(recording.select(measured), pen).findings,
     )
 
 

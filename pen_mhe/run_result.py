@@ -14,7 +14,8 @@ from estimation.history import EstimateHistory
 from estimation.recording import Recording
 from estimation.watch.words import watch_sentences
 from models.state_space import StateSpaceModel
-from pen_mhe.run_summary import RunSummary, bias_and_tilt
+from pen_mhe.run_summary import RunSummary, bias_and_tilt, claimed_tilt
+from recordings.finding import Finding
 from recordings.ink import InkMatch
 from recordings.thinning import LeftOutError
 
@@ -44,6 +45,7 @@ class EstimateRun:
     is_smoothed : whether each row of `output` knows the whole recording; errors and ink too
     rows_without : samples of the fastest sensor that no row speaks of: so long has not passed since
     notes : what was recognised, ignored and repaired in the file
+    findings : what an estimate of the recording may suffer from
     """
 
     model: StateSpaceModel
@@ -62,6 +64,7 @@ class EstimateRun:
     is_smoothed: bool = False
     rows_without: int = 0
     notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
     def __repr__(self) -> str:
         summary = self.summary()
@@ -99,6 +102,8 @@ class EstimateRun:
             is_smoothed=self.is_smoothed,
             rows_without=self.rows_without,
             notes=self.notes,
+            findings=self.findings,
+            tilt_std_rad=claimed_tilt(history),
         )
 
     def sentences(self) -> list[str]:

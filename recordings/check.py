@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +11,9 @@ import pandas as pd
 from estimation.recording import Recording
 from models.errors import InputError
 from models.pen_file import AnyPen, as_pen
+from models.shown_text import one_line
 from recordings.asked import ColumnsAsked
-from recordings.checks.run import findings_of
-from recordings.finding import Finding, Severity, not_meant
+from recordings.finding import Finding, finding_lines, not_meant
 from recordings.read import RecordingPath, read_written
 from recordings.written import WrittenRecording
 
@@ -61,7 +61,7 @@ class CheckedRecording:
     @property
     def text(self) -> str:
         """All of it in words."""
-        lines = [f"{self.name}"]
+        lines = [one_line(self.name)]
         for row in self.sensors.itertuples(index=False):
             span = f"{row.start_s:.4g} s to {row.end_s:.4g} s"
             lines.append(f"  {row.sensor}: {row.readings} readings, {span}, {row.rate_hz:.4g} Hz")
@@ -115,28 +115,13 @@ def check(
     elif units or columns:
         what = "units" if units else "columns"
         raise InputError(f"{what} are given for a recording, expected none: its are SI")
-    found = findings_of(
-        recording.recording, config, columns=recording.columns, against_pen=pen is not None
-    )
+    checked = recording.checked(recording.recording, config, against_pen=pen is not None)
     return CheckedRecording(
         recording.recording.name,
         _sensors(recording.recording),
-        in_order([*recording.findings, *found]),
+        checked.findings,
         recording.notes,
     )
-
-
-def in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Return findings, those first for which no estimate can be meant."""
-    return tuple(sorted(findings, key=lambda one: one.severity is not Severity.NOT_MEANT))
-
-
-def finding_lines(finding: Finding) -> list[str]:
-    """Return a finding as lines: what it is, and below it what to do."""
-    how = "" if finding.sure > 0.9 else f" ({finding.sure:.0%} sure)"
-    first = f"{finding.severity.value.upper()}, {finding.check or 'reader'}: {finding.place}{how}"
-    what, *more = finding.remedy.split("\n")
-    return [first, f"  {finding.what}", f"  -> {what}", *(f"     {line}" for line in more)]
 
 
 def _sensors(recording: Recording) -> pd.DataFrame:

@@ -56,3 +56,16 @@ class Finding:
 def not_meant(findings: Iterable[Finding]) -> list[Finding]:
     """Return the findings for which an estimate cannot be meant."""
     return [finding for finding in findings if finding.severity is Severity.NOT_MEANT]
+
+
+def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return findings, those first for which no estimate can be meant."""
+    return tuple(sorted(findings, key=lambda one: one.severity is not Severity.NOT_MEANT))
+
+
+def finding_lines(finding: Finding) -> list[str]:
+    """Return a finding as lines: what it is, and below it what to do."""
+    how = "" if finding.sure > 0.9 else f" ({finding.sure:.0%} sure)"
+    first = f"{finding.severity.value.upper()}, {finding.check or 'reader'}: {finding.place}{how}"
+    what, *more = finding.remedy.split("\n")
+    return [first, f"  {finding.what}", f"  -> {what}", *(f"     {line}" for line in more)]

@@ -53,7 +53,7 @@ def felt_gravity(time_s: Array, force: Array, gravity_m_s2: float) -> FeltGravit
     ----------
     time_s, force : (n,), (n, 3) complete readings
     """
-    window = np.floor((time_s - time_s[0]) / WINDOW_S).astype(np.int64) if len(time_s) else []
+    window = np.floor((time_s - time_s[:1]) / WINDOW_S)
     _, first, count = np.unique(window, return_index=True, return_counts=True)
     whole = count >= FEWEST
     if whole.sum() < 2:

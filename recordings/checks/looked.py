@@ -23,6 +23,7 @@ Signal = tuple[Array, Array]
 """Times (n,) and complete readings (n, k) of a sensor."""
 ENOUGH_HZ = 150.0
 """For what a hand does; more readings are averaged."""
+FEWEST_MEANS = 10
 FEWEST_TURNS = 4
 """Windows in which gravity turned."""
 LEAST_TURN_RAD = np.radians(1.5)
@@ -32,6 +33,8 @@ def fewer(time_s: Array, values: Array) -> Signal:
     """Return means of successive readings, as many as keep to `ENOUGH_HZ`."""
     steps = np.diff(time_s)
     k = max(1, int(1 / (ENOUGH_HZ * float(np.median(steps))))) if len(steps) else 1
+    if len(time_s) < FEWEST_MEANS * k:
+        return time_s, values
     n = len(time_s) // k * k
     return time_s[:n].reshape(-1, k).mean(axis=1), values[:n].reshape(-1, k, 3).mean(axis=1)
 

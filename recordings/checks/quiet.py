@@ -7,7 +7,6 @@ than a second; one that writes may read white noise in some, as paper scratches.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,15 +33,14 @@ def noise_at_rest(signals: Mapping[str, tuple[Array, Array]]) -> dict[str, Array
     known = {name: signal for name, signal in signals.items() if len(signal[0]) >= FEWEST}
     if not known:
         return {}
-    start_s = min(float(time_s[0]) for time_s, _ in known.values())
-    end_s = max(float(time_s[-1]) for time_s, _ in known.values())
-    blocks = int((end_s - start_s) / BLOCK_S) + 1
-    seen = {name: _Blocks(start_s, blocks, *signal) for name, signal in known.items()}
+    numbers = np.unique(np.concatenate([np.floor(t / BLOCK_S) for t, _ in known.values()]))
+    if len(numbers) < BLOCKS:
+        return {}
+    seen = {name: _Blocks(numbers, *signal) for name, signal in known.items()}
     white = np.all([each.white for each in seen.values()], axis=0)
-    alike = np.all([each.alike for each in seen.values()], axis=0)
-    rests = white.copy()
-    rests[1:] &= white[:-1] & alike
-    whole = np.convolve(rests[1:], np.ones(BLOCKS - 1), "valid") == BLOCKS - 1
+    goes_on = np.all([each.alike for each in seen.values()], axis=0) & (np.diff(numbers) == 1)
+    goes_on &= white[1:] & white[:-1]
+    whole = np.convolve(goes_on, np.ones(BLOCKS - 1), "valid") == BLOCKS - 1
     at = np.unique(np.flatnonzero(whole)[:, None] + np.arange(BLOCKS))
     if not len(at):
         return {}
@@ -52,13 +50,14 @@ def noise_at_rest(signals: Mapping[str, tuple[Array, Array]]) -> dict[str, Array
 class _Blocks:
     """Blocks of one sensor: variance (b, k), whether white (b,), whether of the mean before it."""
 
-    def __init__(self, start_s: float, blocks: int, time_s: Array, values: Array) -> None:
+    def __init__(self, numbers: Array, time_s: Array, values: Array) -> None:
+        blocks = len(numbers)
         self.variance = np.full((blocks, values.shape[1]), np.nan)
         mean = np.full((blocks, values.shape[1]), np.nan)
         n = np.zeros(blocks)
         self.white: NDArray[np.bool_] = np.zeros(blocks, dtype=bool)
-        edges = np.searchsorted(time_s, start_s + BLOCK_S * np.arange(blocks + 1))
-        for i, (a, b) in enumerate(pairwise(edges)):
+        firsts, ends = (np.searchsorted(time_s, BLOCK_S * (numbers + k)) for k in (0, 1))
+        for i, (a, b) in enumerate(zip(firsts, ends, strict=True)):
             here = values[a:b]
             if b - a < FEWEST:
                 continue

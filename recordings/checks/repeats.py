@@ -13,7 +13,7 @@ import numpy as np
 
 from models.arrays import Array
 
-SHORTEST_S, FEWEST = 0.4, 15
+SHORTEST_S, FEWEST = 0.5, 15
 """A run is at least so long and of so many readings."""
 NOISY = 0.35
 """Noise over the finest step from which on readings do not repeat for that long."""

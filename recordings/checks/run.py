@@ -12,7 +12,7 @@ from models.pen_config import PenConfig
 from recordings.checks.looked import Looked
 from recordings.checks.sketch import Sketch
 from recordings.checks.table import CHECKS
-from recordings.finding import Finding, not_meant
+from recordings.finding import Finding, in_order, not_meant
 
 
 def findings_of(
@@ -56,4 +56,4 @@ def findings_of_sketch(
         if not_meant(here):
             spoiled.add(check.name)
         found += here
-    return tuple(sorted(found, key=lambda finding: finding not in not_meant([finding])))
+    return in_order(found)

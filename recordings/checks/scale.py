@@ -13,6 +13,7 @@ import numpy as np
 from recordings.checks.handedness import LEAST_CORRELATION, wrong_axes
 from recordings.checks.looked import Looked
 from recordings.finding import Finding, Severity
+from recordings.gravity_felt import felt_gravity
 
 OFF, FAR_OFF = 1.12, 1.4
 """Times by which gravity differs from what is due: to remark, and to be no answer."""
@@ -22,13 +23,16 @@ RATE_OFF = 1.6
 
 def check_scale(looked: Looked) -> Iterator[Finding]:
     """Find accelerometers and gyroscopes with a factor of their own."""
-    gravity, norms = looked.pen.gravity_m_s2, {}
-    for name, (_, force) in looked.forces.items():
-        norms[name] = float(np.median(np.linalg.norm(force, axis=1)))
-        factor = norms[name] / gravity
-        if not 1 / OFF < factor < OFF and norms[name] > 0:
+    gravity = looked.pen.gravity_m_s2
+    for name, (time_s, force) in looked.forces.items():
+        # A hand's acceleration makes |f| longer, turning makes its mean shorter.
+        longest = float(np.median(np.linalg.norm(force, axis=1)))
+        shortest = felt_gravity(time_s, force, gravity).mean_m_s2
+        length = shortest if shortest > gravity else min(longest, gravity)
+        factor = length / gravity
+        if not 1 / OFF < factor < OFF and longest > 0:
             yield Finding(
-                f"the median of its norm is {norms[name]:.3g} m/s², {factor:.2g} times gravity",
+                f"gravity in it is {length:.3g} m/s², {factor:.2g} times what is due",
                 name,
                 0.9,
                 "look at the range that is set in it and that its counts are scaled by, or give "

@@ -65,7 +65,7 @@ CHECKS = (
         "scale",
         "Is gravity as long as it is, and do rates turn it as fast?",
         check_scale,
-        ("time unit", "missing gravity", "units"),
+        ("time unit", "missing gravity", "units", "clipping"),
     ),
     Check(
         "handedness",
@@ -77,7 +77,7 @@ CHECKS = (
         "mounting",
         "Is the pen above the table, and its chip where the pen file has it?",
         check_mounting,
-        ("time unit", "missing gravity", "units"),
+        ("time unit", "missing gravity", "units", "clipping"),
         of_pen=True,
     ),
     Check(

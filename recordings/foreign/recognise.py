@@ -103,7 +103,10 @@ def recording_of_tables(
         recording,
         notes=tuple(map(one_line, notes)),
         findings=tuple(told.findings),
-        columns={sensor: group.axis_columns() for sensor, group in chosen.sensors.items()},
+        columns={
+            sensor: tuple(map(one_line, group.axis_columns()))
+            for sensor, group in chosen.sensors.items()
+        },
     )
 
 

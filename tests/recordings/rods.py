@@ -6,7 +6,7 @@ differences of the chip's place. A chip sits on the rod's axis, somewhere, mount
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations, product
 
@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from estimation.recording import Recording
 from models.pen_config import PenConfig
 from models.pen_file import load_pen
+from recordings.finding import Finding, Severity
 
 Array = NDArray[np.float64]
 
@@ -48,6 +49,7 @@ class Rod:
     place_m : of the chip, above the tip
     noise : standard deviations of force and rate
     rng : for what is done to it later
+    remedy : what a finding has to propose against what was done to it
     """
 
     time_s: Array
@@ -57,6 +59,7 @@ class Rod:
     place_m: float
     noise: tuple[float, float]
     rng: np.random.Generator
+    remedy: str = ""
 
     def pen(self, mounting: Array | None = None) -> PenConfig:
         """Return a pen with this chip, as its owner would write it: noise known to a factor."""
@@ -129,32 +132,36 @@ def turned_rod(seed: int) -> Rod:
 
 def accelerometer_flipped(rod: Rod) -> Rod:
     """Turn all signs of the accelerometer."""
-    return replace(rod, force=-rod.force)
+    return replace(rod, force=-rod.force, remedy="accel=-accel_x,-accel_y,-accel_z")
 
 
 def gyroscope_flipped(rod: Rod) -> Rod:
     """Turn all signs of the gyroscope."""
-    return replace(rod, rate=-rod.rate)
+    return replace(rod, rate=-rod.rate, remedy="gyro=-gyro_x,-gyro_y,-gyro_z")
 
 
 def gyroscope_axis_flipped(rod: Rod) -> Rod:
     """Turn the sign of one axis of the gyroscope."""
     signs = np.ones(3)
     signs[rod.rng.integers(3)] = -1
-    return replace(rod, rate=rod.rate * signs)
+    columns = ",".join(f"{'-' if s < 0 else ''}gyro_{a}" for s, a in zip(signs, "xyz", strict=True))
+    return replace(rod, rate=rod.rate * signs, remedy=f"gyro={columns}")
 
 
 def gyroscope_axes_swapped(rod: Rod) -> Rod:
     """Swap two axes of the gyroscope."""
     order = np.delete(np.arange(3), k := int(rod.rng.integers(3)))[::-1]
-    return replace(rod, rate=rod.rate[:, np.insert(order, k, k)])
+    order = np.insert(order, k, k)
+    columns = ",".join(f"gyro_{'xyz'[i]}" for i in order)
+    return replace(rod, rate=rod.rate[:, order], remedy=f"gyro={columns}")
 
 
 def accelerometer_axis_flipped(rod: Rod) -> Rod:
     """Turn the sign of one axis of the accelerometer."""
     signs = np.ones(3)
     signs[rod.rng.integers(3)] = -1
-    return replace(rod, force=rod.force * signs)
+    axes = ", ".join(f"{'-' if s < 0 else ''}{a}" for s, a in zip(signs, "xyz", strict=True))
+    return replace(rod, force=rod.force * signs, remedy=f"({axes}) of what it reads")
 
 
 def accelerometer_stuck(rod: Rod) -> Rod:
@@ -188,22 +195,23 @@ def without_gravity(rod: Rod) -> Rod:
 
 def in_milliseconds(rod: Rod) -> Rod:
     """Give times in milliseconds for seconds."""
-    return replace(rod, time_s=1e3 * rod.time_s)
+    return replace(rod, time_s=1e3 * rod.time_s, remedy="time=ms")
 
 
 def force_in_g(rod: Rod) -> Rod:
     """Give forces in g for m/s²."""
-    return replace(rod, force=rod.force / 9.80665)
+    return replace(rod, force=rod.force / 9.80665, remedy="accel=g")
 
 
 def rate_in_degrees(rod: Rod) -> Rod:
     """Give rates in deg/s for rad/s."""
-    return replace(rod, rate=np.degrees(rod.rate))
+    return replace(rod, rate=np.degrees(rod.rate), remedy="gyro=deg_s")
 
 
 def as_it_is(rod: Rod) -> Rod:
     """Return it unchanged; its pen file is wrong."""
-    return rod
+    axis = ", ".join(f"{x + 0.0:g}" for x in rod.mounting[2])
+    return replace(rod, remedy=f"[{axis}]]")
 
 
 @dataclass(frozen=True)
@@ -239,6 +247,19 @@ KINDS: Mapping[str, Kind] = {
     "mounted otherwise": Kind(as_it_is, "mounting", "accel", mounts_wrongly=True),
 }
 """What strangers' files have wrong, a row each."""
+
+
+def is_named(kind: Kind, rod: Rod, findings: Sequence[Finding]) -> bool:
+    """Return whether the first finding names what is wrong, where, and what to do."""
+    if not findings:
+        return False
+    first = findings[0]
+    return (
+        first.severity is Severity.NOT_MEANT
+        and first.check == kind.named
+        and kind.where in f"{first.where} {first.what} {first.remedy}"
+        and rod.remedy in first.remedy
+    )
 
 
 def wrong_rod(kind: Kind, seed: int) -> tuple[Rod, PenConfig]:
