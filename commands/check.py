@@ -35,14 +35,14 @@ def check(
     source: Checked,
     table: Annotated[Path | None, typer.Option(help="Table to write, .csv or .parquet.")] = None,
 ) -> None:
-    """Check a recording before it is estimated: what is wrong with it, and what to do.
+    """Check a recording: say what is wrong with it, and what to do.
 
     Asks of rates, gaps, stamps, units, stuck and clipped sensors, gravity, signs
     and axes, mounting, noise and lag. Each finding says what, where, how sure
     and what to do. Ends with 1 where an estimate could not be meant.
     """
     with one_sentence():
-        from recordings.check import check as checked_recording  # tables are slow to import
+        from recordings.checked import check as checked_recording  # tables are slow to import
 
         found = checked_recording(
             source.recording,

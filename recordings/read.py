@@ -38,7 +38,7 @@ def read_recording(
     """Read a recording of a pen's sensors; see `read_written`, which brings its ink too.
 
     What was recognised, ignored and repaired in a file of somebody else's, and what checks find
-    (`recordings.check.check`), goes to standard error, a sentence a line. Of a model of one's own
+    (`recordings.checked.check`), goes to standard error, a sentence a line. Of a model of one's own
     it reads a table, `recordings.formats.model_tables`, in its units, or takes one that is
     already there.
 

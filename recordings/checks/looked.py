@@ -16,7 +16,7 @@ from recordings.checks.axes_fit import CANDIDATES, AxesFit, fit_axes
 from recordings.checks.lever import Lever, lever_of
 from recordings.checks.mountings import up_of
 from recordings.checks.quiet import noise_at_rest
-from recordings.checks.repeats import Run, stuck_runs
+from recordings.checks.repeats import RepeatedReading, stuck_runs
 from recordings.checks.turns import GravityTurns, gravity_turns
 
 Signal = tuple[Array, Array]
@@ -103,7 +103,7 @@ class Looked:
         return found
 
     @cached_property
-    def stuck(self) -> dict[str, list[Run]]:
+    def stuck(self) -> dict[str, list[RepeatedReading]]:
         """Where inertial sensors repeat a reading."""
         return {
             name: stuck_runs(

@@ -22,7 +22,7 @@ MOVES = 6.0
 
 
 @dataclass(frozen=True)
-class Run:
+class RepeatedReading:
     """Readings first to end (excluded) that are the same."""
 
     first: int
@@ -31,7 +31,7 @@ class Run:
     stop_s: float
 
 
-def runs_of(time_s: Array, values: Array) -> list[Run]:
+def runs_of(time_s: Array, values: Array) -> list[RepeatedReading]:
     """Return the long runs of equal readings.
 
     Parameters
@@ -41,7 +41,7 @@ def runs_of(time_s: Array, values: Array) -> list[Run]:
     same = (np.diff(values, axis=0) == 0).all(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(int), [0]]))).reshape(-1, 2)
     return [
-        Run(int(a), int(b) + 1, float(time_s[a]), float(time_s[b]))
+        RepeatedReading(int(a), int(b) + 1, float(time_s[a]), float(time_s[b]))
         for a, b in edges
         if b - a + 1 >= FEWEST and time_s[b] - time_s[a] >= SHORTEST_S
     ]
@@ -65,7 +65,7 @@ def stuck_runs(
     others: list[tuple[Array, Array]],
     *,
     limit: float | None = None,
-) -> list[Run]:
+) -> list[RepeatedReading]:
     """Return the runs that are no rest.
 
     Parameters
@@ -91,7 +91,7 @@ def stuck_runs(
     return [run for run in found if any(_moves(run, *other) for other in others)]
 
 
-def _moves(run: Run, time_s: Array, values: Array) -> bool:
+def _moves(run: RepeatedReading, time_s: Array, values: Array) -> bool:
     inside = (time_s >= run.start_s) & (time_s <= run.stop_s)
     if inside.sum() < FEWEST:
         return False
