@@ -19,11 +19,13 @@ FEWEST = 4
 """Windows, of so many readings each."""
 LITTLE = 0.4
 """Part of gravity below which a mean is not it."""
-ALIKE = 0.25
-"""Half the spread of the windows' means, 10 to 90 %, over their median: above, they are not gravity
-in another unit."""
+ALIKE, MOSTLY, NEARLY_ALL = 0.1, 0.5, 0.8
+"""How near to their median means of gravity are, and in which part of the windows: of a unit's
+gravity in most, of any other in nearly all."""
 WITHIN = 1.25
 """How far gravity in another unit may lie from the mean, either way."""
+TURNED, STEADY = 0.998, 0.03
+"""Length of the mean direction below which it has turned, and noise over the mean at rest."""
 MOVED = 2.0
 """Times the mean that readings of gravity are at most, nine of ten of them."""
 NOTHING = 0.05
@@ -63,12 +65,20 @@ def felt_gravity(time_s: Array, force: Array, gravity_m_s2: float) -> FeltGravit
     typical = float(np.median(means))
     if typical > LITTLE * gravity_m_s2:
         return FeltGravity(typical, True, 1.0)
-    low, high = np.quantile(means, [0.1, 0.9])
-    varies = float(high - low) > 2 * ALIKE * typical
-    if not varies and float(np.quantile(np.linalg.norm(force, axis=1), 0.9)) < MOVED * typical:
-        factors = UNITS["m_s2"].values()
-        in_units = [gravity_m_s2 * one / other for one in factors for other in factors]
-        is_unit = any(typical / WITHIN < one < typical * WITHIN for one in in_units)
-        if is_unit or typical > NOTHING * gravity_m_s2:  # or of a scale of its own
-            return FeltGravity(typical, True, 0.9)
-    return FeltGravity(typical, False, 0.98)
+    near = np.abs(means - typical) < ALIKE * typical
+    factors = UNITS["m_s2"].values()
+    in_units = [gravity_m_s2 * one / other for one in factors for other in factors]
+    is_unit = any(typical / WITHIN < one < typical * WITHIN for one in in_units)
+    alike, moved = float(near.mean()), float(np.quantile(np.linalg.norm(force, axis=1), 0.9))
+    if typical > NOTHING * gravity_m_s2:
+        is_there = alike > MOSTLY if is_unit else alike > NEARLY_ALL and moved < MOVED * typical
+    else:
+        # A bias of what has no gravity is alike, too: it does not turn, and its noise is no less.
+        turned = np.linalg.norm((sums[near] / means[near, None]).mean(axis=0)) < TURNED
+        norms = np.linalg.norm(force, axis=1)
+        squares = np.add.reduceat(norms**2, first)[whole] / count[whole]
+        spread = squares - (np.add.reduceat(norms, first)[whole] / count[whole]) ** 2
+        steady = float(np.median(np.sqrt(np.maximum(spread, 0.0)))) < STEADY * typical
+        calm = bool(turned) or moved < MOVED * typical
+        is_there = is_unit and ((alike > NEARLY_ALL and calm) or (alike > MOSTLY and steady))
+    return FeltGravity(typical, is_there, 0.9 if is_there else 0.98)
