@@ -51,7 +51,7 @@ def trust_of(
     """
     wrong = not_meant(findings)
     if wrong:
-        reasons = "; ".join(f"{found.check} of {found.where}" for found in wrong)
+        reasons = "; ".join(f"{found.check}: {found.where}" for found in wrong)
         return Trust(False, f"trust: this answer cannot be meant ({reasons}); mend that first")
     steps = sum(statuses.values())
     solved = sum(n for status, n in statuses.items() if status.is_solved) / max(steps, 1)

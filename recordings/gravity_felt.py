@@ -72,6 +72,8 @@ def felt_gravity(time_s: Array, force: Array, gravity_m_s2: float) -> FeltGravit
     alike, moved = float(near.mean()), float(np.quantile(np.linalg.norm(force, axis=1), 0.9))
     if typical > NOTHING * gravity_m_s2:
         is_there = alike > MOSTLY if is_unit else alike > NEARLY_ALL and moved < MOVED * typical
+    elif not near.any():
+        is_there = False
     else:
         # A bias of what has no gravity is alike, too: it does not turn, and its noise is no less.
         turned = np.linalg.norm((sums[near] / means[near, None]).mean(axis=0)) < TURNED
