@@ -40,12 +40,10 @@ class FeltGravity:
     ----------
     mean_m_s2 : median of their sizes
     is_there : whether gravity is in it, in whichever unit; True where too little is known
-    sure : 0 to 1
     """
 
     mean_m_s2: float
     is_there: bool
-    sure: float
 
 
 def felt_gravity(time_s: Array, force: Array, gravity_m_s2: float) -> FeltGravity:
@@ -59,12 +57,12 @@ def felt_gravity(time_s: Array, force: Array, gravity_m_s2: float) -> FeltGravit
     _, first, count = np.unique(window, return_index=True, return_counts=True)
     whole = count >= FEWEST
     if whole.sum() < 2:
-        return FeltGravity(0.0, True, 0.0)
+        return FeltGravity(0.0, True)
     sums = np.add.reduceat(force, first, axis=0)[whole] / count[whole, None]
     means = np.linalg.norm(sums, axis=1)
     typical = float(np.median(means))
     if typical > LITTLE * gravity_m_s2:
-        return FeltGravity(typical, True, 1.0)
+        return FeltGravity(typical, True)
     near = np.abs(means - typical) < ALIKE * typical
     factors = UNITS["m_s2"].values()
     in_units = [gravity_m_s2 * one / other for one in factors for other in factors]
@@ -83,4 +81,4 @@ def felt_gravity(time_s: Array, force: Array, gravity_m_s2: float) -> FeltGravit
         steady = float(np.median(np.sqrt(np.maximum(spread, 0.0)))) < STEADY * typical
         calm = bool(turned) or moved < MOVED * typical
         is_there = is_unit and ((alike > NEARLY_ALL and calm) or (alike > MOSTLY and steady))
-    return FeltGravity(typical, is_there, 0.9 if is_there else 0.98)
+    return FeltGravity(typical, is_there)
