@@ -49,7 +49,8 @@ def test_steps_that_are_not_solved() -> None:
     assert "not where steps are not solved (10.0%)" in trust_of((), most, nis(1)).sentence
     few = {Status.SOLVED: 1, Status.LOST: 99}
     assert not trust_of((), few, nis(1)).is_meant
-    assert "1.00% of the steps are solved" in trust_of((), few, nis(1)).sentence
+    assert "1.00% of the steps have one" in trust_of((), few, nis(1)).sentence
+    assert trust_of((), {Status.ITERATION_LIMIT: 100}, nis(1)).is_meant
 
 
 def test_nothing_to_judge_by() -> None:
