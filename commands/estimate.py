@@ -15,7 +15,7 @@ from commands.option_groups import fields_group, grouped
 from commands.options import RestOption, names
 from commands.options import units as read_units
 from commands.recording_options import RecordingOptions
-from commands.sentences import one_sentence
+from commands.sentences import ExitCode, one_sentence
 from commands.setting_options import check_options, settings_group
 from estimation.apart import check_apart
 from estimation.watch.config import ON_LOST
@@ -149,6 +149,8 @@ def estimate(
     value and its error. Readings are tested (--no-watch does not).
     CSV and Parquet with columns like these may be of any length: they are
     read and written in parts. What any other logger wrote is read whole.
+    The recording is checked first (pen-mhe check); the last line says how far
+    to trust the answer. Ends with 1 where it cannot be meant.
     """
     # Tables and figures are slow to import: only where a command needs them.
     from pen_mhe.estimate_file import estimate_file
@@ -189,3 +191,5 @@ def estimate(
         console.print(f"{summary.size}, written to {written.output}")
         for sentence in summary.sentences():
             console.print(sentence)
+    if not summary.trust.is_meant:
+        raise typer.Exit(ExitCode.NOT_MEANT)

@@ -12,8 +12,8 @@ from commands.options import PenOption, SensorsOption, WritingAreaOption
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecordingOptions:
-    """A recording and the pen that wrote it."""
+class FileOptions:
+    """A recording in files, and what is said of them."""
 
     recording: Annotated[
         list[Path],
@@ -22,9 +22,6 @@ class RecordingOptions:
             ".zip of them, a ROS bag, or a D-POINT folder."
         ),
     ]
-    pen: PenOption
-    sensors: SensorsOption = None
-    writing_area: WritingAreaOption = True
     units: Annotated[
         str | None,
         typer.Option(
@@ -35,10 +32,19 @@ class RecordingOptions:
     columns: Annotated[
         str | None,
         typer.Option(
-            help="Which columns are which sensor's, e.g. 'accel=ax,ay,az;time=millis'; or the "
-            "names of all of a file without a header."
+            help="Which columns are which sensor's, e.g. 'accel=ax,ay,-az;time=millis', a minus "
+            "turns a sign; or the names of all of a file without a header."
         ),
     ] = None
     strict: Annotated[
         bool, typer.Option("--strict", help="Refuse a file that would have to be repaired.")
     ] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingOptions(FileOptions):
+    """A recording and the pen that wrote it."""
+
+    pen: PenOption
+    sensors: SensorsOption = None
+    writing_area: WritingAreaOption = True

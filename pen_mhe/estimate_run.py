@@ -135,10 +135,11 @@ def estimate_recording(
         lag_samples=lag,
         rows_without=len(times) - len(output),
         is_smoothed=smooth,
-        notes=tuple(loaded.sentences()),
         judged=None
         if track is None or truth is None
         else judged_by(track, model, output, offset_s=truth.offset_s, frame=truth.frame),
+        notes=loaded.notes,
+        findings=loaded.checked(recording.select(measured), pen).findings,
     )
 
 

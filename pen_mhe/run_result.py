@@ -15,8 +15,9 @@ from estimation.recording import Recording
 from estimation.truth import Truth
 from estimation.watch.words import watch_sentences
 from models.state_space import StateSpaceModel
-from pen_mhe.run_summary import RunSummary, bias_and_tilt
+from pen_mhe.run_summary import RunSummary, bias_and_tilt, claimed_tilt
 from pen_mhe.truth.judged import JudgedByTruth
+from recordings.finding import Finding
 from recordings.ink import InkMatch
 from recordings.thinning import LeftOutError
 
@@ -48,6 +49,7 @@ class EstimateRun:
     rows_without : samples of the fastest sensor that no row speaks of: so long has not passed since
     notes : what was recognised, ignored and repaired in the file
     judged : by a truth from elsewhere, where one was given
+    findings : what an estimate of the recording may suffer from
     """
 
     model: StateSpaceModel
@@ -67,6 +69,7 @@ class EstimateRun:
     rows_without: int = 0
     notes: tuple[str, ...] = ()
     judged: JudgedByTruth | None = None
+    findings: tuple[Finding, ...] = ()
 
     def __repr__(self) -> str:
         summary = self.summary()
@@ -119,6 +122,8 @@ class EstimateRun:
             rows_without=self.rows_without,
             notes=self.notes,
             judged=() if self.judged is None else self.judged.said,
+            findings=self.findings,
+            tilt_std_rad=claimed_tilt(history),
         )
 
     def sentences(self) -> list[str]:

@@ -132,6 +132,7 @@ def estimate_stream(
         lag_samples=plan.lag,
         rows_without=survey.samples - samples,
         notes=stream.notes,
+        findings=survey.findings,
     )
 
 

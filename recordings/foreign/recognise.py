@@ -11,7 +11,7 @@ from models.errors import InputError
 from models.pen_config import PenConfig
 from models.shown_text import one_line, short
 from recordings.asked import Asked
-from recordings.finding import Finding
+from recordings.finding import Finding, Severity
 from recordings.foreign.clocks import Clock, clocks_of, is_rate, origin_of
 from recordings.foreign.groups import (
     Group,
@@ -104,6 +104,10 @@ def recording_of_tables(
         notes=tuple(map(one_line, notes)),
         findings=tuple(told.findings),
         origin_s=origin_s,
+        columns={
+            sensor: tuple(map(one_line, group.axis_columns()))
+            for sensor, group in chosen.sensors.items()
+        },
     )
 
 
@@ -166,6 +170,8 @@ def _say_sensors(
                         f"{sensor} ({group.columns()})",
                         1.0,
                         "record the accelerometer itself, or the gravity beside it",
+                        Severity.NOT_MEANT,
+                        check="missing gravity",
                     )
                 )
 
