@@ -12,9 +12,9 @@ import typer
 from benchmark.console import console, progress
 from benchmark.runner.interrupts import not_swallowed
 from commands.option_groups import fields_group, grouped
-from commands.options import RestOption, names
+from commands.options import PenOrNoneOption, RestOption, names
 from commands.options import units as read_units
-from commands.recording_options import RecordingOptions
+from commands.recording_options import ReadOptions
 from commands.sentences import one_sentence
 from commands.setting_options import check_options, settings_group
 from estimation.apart import check_apart
@@ -22,19 +22,27 @@ from estimation.watch.config import ON_LOST
 from models.errors import InputError
 from models.pen_file import load_pen, pen_paths
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
+from pen_mhe.no_pen.usual import WITHOUT_PEN, usual_estimator
 
 if TYPE_CHECKING:
     from recordings.thinning import CameraThinning
 
 EstimatorName = StrEnum("EstimatorName", {name: name for name in ESTIMATORS})  # type: ignore[misc]
 OnLostName = StrEnum("OnLostName", {name: name for name in ON_LOST})  # type: ignore[misc]
-DEFAULT = EstimatorName(DEFAULT_ESTIMATOR)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Source(RecordingOptions):
-    """A recording, the pen that wrote it, and whether rest is a reading."""
+class Source(ReadOptions):
+    """A recording, the pen that wrote it or its axis, and whether rest is a reading."""
 
+    pen: PenOrNoneOption = None
+    axis: Annotated[
+        str | None,
+        typer.Option(
+            help="Without --pen: the sensor's axis that points along the pen from tip to top, "
+            "x, -x, … -z, or three numbers; by default as motion or gravity shows."
+        ),
+    ] = None
     rest: RestOption = True
 
 
@@ -99,7 +107,10 @@ class Written:
 def estimate(
     source: Source,
     written: Written,
-    estimator: Annotated[EstimatorName, typer.Option()] = DEFAULT,
+    estimator: Annotated[
+        EstimatorName | None,
+        typer.Option(help=f"By default {DEFAULT_ESTIMATOR}, without --pen {WITHOUT_PEN}."),
+    ] = None,
     *,
     settings: dict[str, Any],
     part: UsedPart,
@@ -117,23 +128,25 @@ def estimate(
     # Tables and figures are slow to import: only where a command needs them.
     from pen_mhe.estimate_file import estimate_file
 
+    chosen = usual_estimator(source.pen) if estimator is None else estimator.value
     with one_sentence():
-        check_options(estimator.value, settings)
+        check_options(chosen, settings)
         check_apart(
             [written.output, written.figure],
-            {"the recording": source.recording, "the pen file": pen_paths(source.pen)},
+            {"the recording": source.recording, "the pen file": pen_paths(source.pen or "")},
         )
         with not_swallowed():
             summary = estimate_file(
                 source.recording,
-                load_pen(source.pen),
+                None if source.pen is None else load_pen(source.pen),
                 written.output,
+                axis=source.axis,
                 figure=written.figure,
                 units=read_units(source.units),
                 columns=source.columns,
                 strict=source.strict,
                 reporting=progress,
-                estimator=estimator.value,
+                estimator=chosen,
                 settings=settings,
                 sensors=names(source.sensors),
                 thinning=part.thinning(),

@@ -12,8 +12,8 @@ from commands.options import PenOption, SensorsOption, WritingAreaOption
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecordingOptions:
-    """A recording and the pen that wrote it."""
+class ReadOptions:
+    """A recording, and how it is read."""
 
     recording: Annotated[
         list[Path],
@@ -22,7 +22,6 @@ class RecordingOptions:
             ".zip of them, a ROS bag, or a D-POINT folder."
         ),
     ]
-    pen: PenOption
     sensors: SensorsOption = None
     writing_area: WritingAreaOption = True
     units: Annotated[
@@ -42,3 +41,10 @@ class RecordingOptions:
     strict: Annotated[
         bool, typer.Option("--strict", help="Refuse a file that would have to be repaired.")
     ] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingOptions(ReadOptions):
+    """A recording and the pen that wrote it."""
+
+    pen: PenOption

@@ -15,18 +15,21 @@ from estimation.smoother import smoothed
 from models.errors import InputError
 from models.limits import check_most
 from models.pen_config import PenConfig
-from models.pen_file import AnyPen, as_pen
+from models.pen_file import AnyPen
 from models.state_space import StateSpaceModel
 from pen_mhe.causal_run import causal_lags, delays_of, told_at
 from pen_mhe.chosen_model import chosen_model
 from pen_mhe.errors import known_columns, root_mean_square, seen_only, state_errors
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_filter, create_estimator
+from pen_mhe.no_pen.axis import AnyAxis
+from pen_mhe.no_pen.usual import usual_estimator
+from pen_mhe.no_pen.which import pen_and_recording
 from pen_mhe.run_result import EstimateRun
 from pen_mhe.sensor_verdict import judge
 from pen_mhe.watching import as_asked
 from recordings.asked import ColumnsAsked
 from recordings.ink import ink_match
-from recordings.read import RecordingPath, read_written
+from recordings.read import RecordingPath
 from recordings.thinning import CameraThinning, left_out_error, thinned
 from recordings.written import WrittenRecording
 
@@ -135,10 +138,11 @@ def estimate_recording(
 
 def estimate(
     recording: Recording | WrittenRecording | RecordingPath,
-    pen: AnyPen = "reference",
+    pen: AnyPen | None = None,
     *,
+    axis: AnyAxis | None = None,
     sensors: Sequence[str] | None = None,
-    estimator: str = DEFAULT_ESTIMATOR,
+    estimator: str | None = None,
     units: Mapping[str, str] | None = None,
     columns: ColumnsAsked | None = None,
     strict: bool = False,
@@ -160,9 +164,11 @@ def estimate(
     ----------
     recording : a recording, with the ink it left or without, or the path of a D-POINT folder,
         a table of any logger, or several of one recording
-    pen : a pen, the name of a bundled one, or the path of a pen file
+    pen : a pen, the name of a bundled one, or the path of a pen file; None takes what the
+        recording shows, see `pen_mhe.no_pen.which.pen_of`
+    axis : without a pen, see `pen_mhe.no_pen.pen_for.pen_for`
     sensors : names from the pen file; None takes all that the recording has
-    estimator : one of `pen_mhe.estimators.ESTIMATORS`
+    estimator : one of `pen_mhe.estimators.ESTIMATORS`; None takes the usual one
     units, columns, strict : of a file, see `recordings.read.read_written`
     thinning, duration_s : see `estimate_recording`
     writing_area, rest, smooth, causal, watch, on_lost : see `estimate_recording`
@@ -173,16 +179,16 @@ def estimate(
     InputError
         If something does not exist, does not fit together, or is not known by its name.
     """
-    config = as_pen(pen)
-    if not isinstance(recording, Recording | WrittenRecording):
-        recording = read_written(recording, config, units=units, columns=columns, strict=strict)
-    elif units or columns:
+    is_read = isinstance(recording, Recording | WrittenRecording)
+    if is_read and (units or columns):
         what = "units" if units else "columns"
         raise InputError(f"{what} are given for a recording, expected none: its are SI")
+    asked: dict[str, Any] = {"units": units, "columns": columns, "strict": strict}
+    config, loaded = pen_and_recording(recording, pen, axis, **asked)
     return estimate_recording(
-        WrittenRecording(recording) if isinstance(recording, Recording) else recording,
+        loaded,
         config,
-        estimator=estimator,
+        estimator=estimator or usual_estimator(pen),
         settings=settings,
         sensors=sensors,
         thinning=thinning,

@@ -1,0 +1,30 @@
+"""The pen by which a recording is read of which no pen is known: one sensor of each kind."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from models.pen_config import PenConfig
+from models.pen_file import parse_pen
+
+ACCEL, GYRO, CAMERA = "accel", "gyro", "camera"
+"""Names of its sensors, and of those of a pen that is found."""
+
+
+@cache
+def any_pen() -> PenConfig:
+    """Return it; its noises are a data sheet's, only to tell rest from motion."""
+    return parse_pen(
+        {
+            "name": "any pen",
+            "sensors": {
+                ACCEL: {"preset": "LSM6DS3-accelerometer", "range_m_s2": None},
+                GYRO: {"preset": "LSM6DS3-gyroscope", "range_rad_s": None},
+                CAMERA: {
+                    "kind": "pose_camera",
+                    "position_std_mm": 1.0,
+                    "orientation_std_deg": 1.0,
+                },
+            },
+        }
+    )
