@@ -18,6 +18,10 @@ FIRST_ROWS = 10_000
 """Rows in which rest is looked for: a recording that is read in parts has no more at hand."""
 
 
+QUIET = 0.01
+"""Part of a recording that says how quiet it can be: a second of rest in a hundred is seen."""
+
+
 @dataclass(frozen=True, eq=False)
 class AtRest:
     """Still stretches of a recording, at least one.
@@ -75,7 +79,7 @@ def at_rest(recording: Recording, sensors: Mapping[str, InertialSensor]) -> AtRe
     if not sensors:
         return None
     try:
-        return AtRest(find_stills([first_rows(recording)], sensors).kept)
+        return AtRest(find_stills([first_rows(recording)], sensors, quiet=QUIET).kept)
     except InputError:  # it is never still, or too short to say
         return None
 

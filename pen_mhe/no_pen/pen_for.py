@@ -14,7 +14,7 @@ import numpy as np
 
 from estimation.recording import Recording
 from models.errors import InputError
-from models.motion import Motion
+from models.motion import Motion, TipBoundedVelocity
 from models.outputs import UNIFORM_ANGLE_STD_RAD
 from models.parsed import toml_data
 from models.pen_file import load_pen, parse_pen
@@ -34,8 +34,10 @@ from recordings.written import WrittenRecording
 GRAVITY_M_S2 = 9.81
 TILT_STD_DEG, TILT_STD_MOVING_DEG = 10.0, 30.0
 """Of elevation at the beginning, at rest and where the pen moves already."""
-OF_TIP_AT_REST = "reference"
-"""Bundled pen whose hand is taken where the motion turns about a tip."""
+HAND = "reference"
+"""Bundled pen whose hand turns one that turns about its tip …"""
+TIP_AT_REST = TipBoundedVelocity(speed_m_s=0.03, correlation_time_s=0.1)
+"""… and how far from rest such a tip is: as one that writes."""
 
 
 def pen_for(
@@ -118,8 +120,10 @@ def _top(title: str) -> list[PenLine]:
 def _motion(mounted: MountedHow) -> dict[str, list[PenLine]]:
     """Return the tables of a stated hand: one whose tip rests, or one that moves at will."""
     turns = mounted.arm_m is not None
-    motion = load_pen(OF_TIP_AT_REST).motion if turns else Motion()
-    why = f"a stated hand, that of the {OF_TIP_AT_REST} pen" if turns else "a stated hand"
+    motion, why = Motion(), "a stated hand, that moves at will"
+    if turns:
+        motion = Motion(tip=TIP_AT_REST, attitude=load_pen(HAND).motion.attitude)
+        why = "a stated hand, that turns the pen about its tip"
     return {
         f"motion.{part}": [
             PenLine(key, list(value) if isinstance(value, tuple) else value, ASSUMED, why)
@@ -169,8 +173,8 @@ def _rest_notes(recording: Recording, rest: AtRest | None, names: list[str]) -> 
         off = norm - GRAVITY_M_S2
         side = "above" if off > 0 else "below"
         said.append(
-            f"gravity: at rest |f| is {norm:.4g} m/s², {abs(off):.2g} {side} gravity; a bias across "
-            "gravity does not show, and tilts the estimate by "
+            f"gravity: at rest |f| is {norm:.4g} m/s², {abs(off):.2g} {side} gravity; a bias "
+            "across gravity does not show, and tilts the estimate by "
             f"{np.degrees(0.1 / GRAVITY_M_S2):.2g}° for each 0.1 m/s²"
         )
     return said
