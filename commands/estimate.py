@@ -12,7 +12,7 @@ import typer
 from benchmark.console import console, progress
 from benchmark.runner.interrupts import not_swallowed
 from commands.option_groups import fields_group, grouped
-from commands.options import PenOrNoneOption, RestOption, names
+from commands.options import PenOrNoneOption, names
 from commands.options import units as read_units
 from commands.recording_options import ReadOptions
 from commands.sentences import one_sentence
@@ -43,7 +43,13 @@ class Source(ReadOptions):
             "x, -x, … -z, or three numbers; by default as motion or gravity shows."
         ),
     ] = None
-    rest: RestOption = True
+    rest: Annotated[
+        bool,
+        typer.Option(
+            help="Take a pen that does not move for one that does not turn: by the pen file's "
+            "sensor of rest, or one of its own where the recording is still."
+        ),
+    ] = True
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,6 +22,7 @@ from pen_mhe.chosen_model import chosen_model
 from pen_mhe.errors import known_columns, root_mean_square, seen_only, state_errors
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_filter, create_estimator
 from pen_mhe.no_pen.axis import AnyAxis
+from pen_mhe.no_pen.rest_sensor import with_rest
 from pen_mhe.no_pen.usual import usual_estimator
 from pen_mhe.no_pen.which import pen_and_recording
 from pen_mhe.run_result import EstimateRun
@@ -63,7 +64,8 @@ def estimate_recording(
     duration_s : use only the first seconds
     on_start : called with the number of steps; returns what is called as they are made
     writing_area, rest : see `models.pen.pen_model`; a recording that has readings of the pen's
-        sensor of rest (zero where an IMU says that it does not move) tells it instead
+        sensor of rest (zero where an IMU says that it does not move) tells it instead, and a pen
+        without one is given it where the recording is still, see `pen_mhe.no_pen.rest_sensor`
     smooth : go back over a filter's estimates, so that each knows the whole recording; output, ink
         and errors are those
     causal : see `estimation.estimator.run`; ``lag_samples`` are then the fastest sensor's
@@ -85,6 +87,7 @@ def estimate_recording(
             "smoothed_rows", len(loaded.recording.time_s), f"recording {loaded.recording.name}"
         )
     recording = loaded.recording
+    pen, of_rest = with_rest(pen, recording, sensors) if rest else (pen, ())
     model = chosen_model(
         pen, tuple(recording.readings), sensors=sensors, writing_area=writing_area, rest=rest
     )
@@ -132,7 +135,7 @@ def estimate_recording(
         lag_samples=lag,
         rows_without=len(times) - len(output),
         is_smoothed=smooth,
-        notes=tuple(loaded.sentences()),
+        notes=(*loaded.sentences(), *of_rest),
     )
 
 

@@ -201,7 +201,7 @@ def _quiet_blocks(
     if not quiet[loudest] <= PLAUSIBLE * told:
         said = f"spreads by {quiet[loudest]:.3g}" if np.isfinite(quiet[loudest]) else "has gaps"
         raise InputError(
-            f"recording {recording} is never still: in its quietest {part:.0%} {name} "
+            f"recording {recording} is never still: in its quietest tenth {name} "
             f"{sensor.axes[loudest]} {said} {unit} in {BLOCK_S:g} s, expected at most "
             f"{PLAUSIBLE:g} times the pen file's noise, {told:.3g} {unit}"
         )

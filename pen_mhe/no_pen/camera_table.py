@@ -16,6 +16,7 @@ from estimation.recording import Recording
 from models.arrays import Array
 from pen_mhe.no_pen.any_pen import ACCEL, CAMERA, GYRO
 from pen_mhe.no_pen.at_rest import AtRest
+from pen_mhe.no_pen.inertial_tables import rate_hz
 from pen_mhe.no_pen.lines import ASSUMED, MEASURED, PenLine
 from pen_mhe.no_pen.mounted import MountedHow
 
@@ -45,9 +46,7 @@ class FoundCamera:
     level_rad: tuple[float, float] = (0.0, 0.0)
 
 
-def camera_table(
-    recording: Recording, rest: AtRest | None, mounted: MountedHow, rate_hz: float
-) -> FoundCamera:
+def camera_table(recording: Recording, rest: AtRest | None, mounted: MountedHow) -> FoundCamera:
     """Return the table of a recording's camera."""
     times, poses = recording.sensor(CAMERA)
     turned = Rotation.from_rotvec(poses[:, 3:])
@@ -72,7 +71,7 @@ def camera_table(
     place = "the target is taken to sit where the inertial sensor does"
     lines = (
         PenLine("kind", "pose_camera"),
-        PenLine("rate_hz", float(f"{rate_hz:.4g}"), MEASURED, "median interval"),
+        PenLine("rate_hz", float(f"{rate_hz(times):.4g}"), MEASURED, "median interval"),
         PenLine("position_std_mm", float(f"{1e3 * spread_m:.3g}"), origin, how),
         PenLine("orientation_std_deg", float(f"{np.degrees(spread_rad):.3g}"), origin, how),
         PenLine("position_m", mounted.place_m(), ASSUMED, place),

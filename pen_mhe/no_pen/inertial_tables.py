@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -11,16 +10,13 @@ import numpy as np
 
 from models.arrays import Array
 from models.sensor_kinds.inertial import InertialSensor, sample_noise_std
-from models.units import UNITS, readable_unit
+from models.units import UNITS
 from pen_mhe.no_pen.at_rest import AtRest
 from pen_mhe.no_pen.lines import ASSUMED, MEASURED, PenLine, rounded
+from pen_mhe.no_pen.noise_found import NoiseFound, noise_found
 
 BANDWIDTH = 0.5
 """Of the rate, where nothing says how a sensor filters."""
-FEW_VALUES = 3.0
-"""Readings per different value from which a sensor's step shows."""
-LEAST_OF_STEP = 0.1
-"""Of a step: the noise of a sensor whose reading hardly changes."""
 
 
 @dataclass(frozen=True)
@@ -56,42 +52,41 @@ USUAL: Mapping[str, UsualLevels] = MappingProxyType(
 def inertial_table(
     name: str,
     sensor: InertialSensor,
-    rate_hz: float,
+    readings: tuple[Array, Array],
     *,
     rest: AtRest | None,
     placed: Sequence[PenLine],
-) -> list[PenLine]:
-    """Return the table of one sensor.
+) -> tuple[list[PenLine], NoiseFound]:
+    """Return the table of one sensor, and its noise.
 
     Parameters
     ----------
     sensor : by which it was read
-    placed : where it sits, and how it is turned
+    readings : its times (n,) and readings (n, n_axes)
     rest : what the recording shows; None where it is never still
+    placed : where it sits, and how it is turned
     """
     usual = USUAL[sensor.si_unit]
     factor = UNITS[sensor.si_unit][usual.unit]
-    bandwidth = BANDWIDTH * rate_hz
-    noise, step, how = usual.noise_std * factor, 0.0, f"{usual.noise_std:g} {usual.unit} a reading"
-    origin = ASSUMED
-    if rest is not None:
-        step = step_of(np.concatenate([still.readings[name] for still in rest.stills]))
-        total = float(np.sqrt(np.mean(rest.noise_std(name) ** 2)))
-        noise = max(math.sqrt(max(total**2 - step**2 / 12, 0.0)), LEAST_OF_STEP * step)
-        noise = max(noise, 1e-3 * usual.noise_std * factor)
-        unit = readable_unit(sensor.si_unit)
-        how = f"a reading varies by {total:.3g} {unit} over {rest.duration_s:.2g} s of rest"
-        origin = MEASURED
-    density = noise / sample_noise_std(1.0, bandwidth)
+    noise = noise_found(name, sensor.si_unit, readings, rest, usual.noise_std * factor)
+    rate = rate_hz(readings[0])
+    bandwidth = BANDWIDTH * rate
+    density = _short(noise.std / sample_noise_std(1.0, bandwidth))
     lines = [
         PenLine("kind", sensor.kind),
-        PenLine("rate_hz", _short(rate_hz), MEASURED, "median interval"),
+        PenLine("rate_hz", _short(rate), MEASURED, "median interval"),
         PenLine("bandwidth_hz", _short(bandwidth), ASSUMED, "half of the rate"),
-        PenLine(f"noise_density_{sensor.si_unit}_per_sqrt_hz", _short(density), origin, how),
+        PenLine(f"noise_density_{sensor.si_unit}_per_sqrt_hz", density, noise.origin, noise.why),
     ]
-    if step > 0:
-        lines.append(PenLine(f"resolution_{sensor.si_unit}", _short(step), MEASURED, "its step"))
-    return [*lines, *_bias_lines(name, rest, usual, factor), *placed]
+    if noise.step > 0:
+        step = PenLine(f"resolution_{sensor.si_unit}", _short(noise.step), MEASURED, "its step")
+        lines.append(step)
+    return [*lines, *_bias_lines(name, rest, usual, factor), *placed], noise
+
+
+def rate_hz(time_s: Array) -> float:
+    """Return the rate of stamps (n,)."""
+    return 1 / float(np.median(np.diff(time_s))) if len(time_s) > 1 else 1.0
 
 
 def _bias_lines(name: str, rest: AtRest | None, usual: UsualLevels, factor: float) -> list[PenLine]:
@@ -108,17 +103,6 @@ def _bias_lines(name: str, rest: AtRest | None, usual: UsualLevels, factor: floa
         PenLine(f"bias_std_{unit}", std, origin, why),
         PenLine(f"bias_walk_{unit}_per_sqrt_s", usual.bias_walk, ASSUMED, "a consumer part"),
     ]
-
-
-def step_of(values: Array) -> float:
-    """Return the step between readings (n, n_axes); 0 where it does not show."""
-    steps = []
-    for axis in values.T:
-        different = np.unique(axis)
-        if len(different) > 1 and len(axis) >= FEW_VALUES * len(different):
-            apart = np.diff(different)
-            steps.append(float(apart[apart > 1e-6 * np.abs(different).max()].min(initial=np.inf)))
-    return max((step for step in steps if np.isfinite(step)), default=0.0)
 
 
 def _short(value: float) -> float:

@@ -32,6 +32,8 @@ from recordings.read import RecordingPath, read_written
 from recordings.written import WrittenRecording
 
 GRAVITY_M_S2 = 9.81
+MOSTLY = 2.0
+"""Of a sensor's own noise, beyond which the jitter of stamps is most of it."""
 TILT_STD_DEG, TILT_STD_MOVING_DEG = 10.0, 30.0
 """Of elevation at the beginning, at rest and where the pen moves already."""
 HAND = "reference"
@@ -86,13 +88,15 @@ def pen_for(
         **_motion(mounted),
         "prior": _prior(mounted),
     }
+    noises = []
     for name, sensor in inertial.items():
-        tables[f"sensors.{name}"] = inertial_table(
-            name, sensor, _rate_hz(read, name), rest=rest, placed=mounted.lines()
-        )
+        readings = read.sensor(name)
+        table, noise = inertial_table(name, sensor, readings, rest=rest, placed=mounted.lines())
+        tables[f"sensors.{name}"] = table
+        noises.append(noise)
     notes = [*_rest_notes(read, rest, names), *mounted.notes]
     if CAMERA in names:
-        camera = camera_table(read, rest, mounted, _rate_hz(read, CAMERA))
+        camera = camera_table(read, rest, mounted)
         if camera.lines:
             tables[f"sensors.{CAMERA}"] = list(camera.lines)
         if any(camera.level_rad):
@@ -101,7 +105,8 @@ def pen_for(
                 PenLine("level_deg", level, MEASURED, "gravity in the camera's frame")
             )
         notes += camera.notes
-    if GYRO in names:
+    # By a noise that is mostly jitter a hand would rest.
+    if GYRO in names and all(noise.std < MOSTLY * noise.own_std for noise in noises):
         why = "while nothing moves, the rate is zero"
         tables["sensors.rest"] = [PenLine("kind", "rest", ASSUMED, why)]
     text = pen_text(_head(read.name), tables)
@@ -150,11 +155,6 @@ def _prior(mounted: MountedHow) -> list[PenLine]:
         PenLine("spin_deg", round(spin, 2), MEASURED, how),
         PenLine("spin_std_deg", round(about, 2), ASSUMED),
     ]
-
-
-def _rate_hz(recording: Recording, name: str) -> float:
-    times = recording.sensor(name)[0]
-    return 1 / float(np.median(np.diff(times))) if len(times) > 1 else 1.0
 
 
 def _rest_notes(recording: Recording, rest: AtRest | None, names: list[str]) -> list[str]:

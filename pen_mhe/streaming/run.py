@@ -20,6 +20,7 @@ from models.pen_config import PenConfig
 from models.state_space import StateSpaceModel
 from pen_mhe.chosen_model import chosen_model
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, create_estimator
+from pen_mhe.no_pen.rest_sensor import with_rest
 from pen_mhe.run_summary import RunSummary
 from pen_mhe.streaming.drawn import DrawnRows
 from pen_mhe.streaming.judging import Judging
@@ -73,6 +74,8 @@ def estimate_stream(
     InputError
         If the recording is none, or something given makes no sense.
     """
+    first = next(iter(stream.parts()), None) if rest else None
+    pen, of_rest = (pen, ()) if first is None else with_rest(pen, first, sensors)
     model = chosen_model(
         pen, tuple(stream.header.sensors), sensors=sensors, writing_area=writing_area, rest=rest
     )
@@ -131,7 +134,7 @@ def estimate_stream(
         is_causal=causal,
         lag_samples=plan.lag,
         rows_without=survey.samples - samples,
-        notes=stream.notes,
+        notes=(*stream.notes, *of_rest),
     )
 
 
