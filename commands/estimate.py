@@ -125,8 +125,9 @@ def estimate(
     """Estimate the motion of a pen from a recording.
 
     Writes one row per IMU sample: time_s, the states, their standard
-    deviations (…_std), status, flagged (accel:stuck+camera:outlier),
-    iterations and step_time_s; where a row was told later than the instant
+    deviations (…_std), status, not_observable (tip_x_m+azimuth_rad: what
+    no reading shows), flagged (accel:stuck+camera:outlier), iterations and
+    step_time_s; where a row was told later than the instant
     it speaks of, arrival_s too. Readings are tested (--no-watch does not).
     CSV and Parquet with columns like these may be of any length: they are
     read and written in parts. What any other logger wrote is read whole.

@@ -128,7 +128,13 @@ def _of_parts(
     ):
         summary = estimate_stream(stream, pen, writer.write, drawn=drawn, **options)
     if figure is not None and drawn is not None:
-        _save(figure, drawn.history, truth=drawn.truth, samples=summary.samples)
+        _save(
+            figure,
+            drawn.history,
+            truth=drawn.truth,
+            samples=summary.samples,
+            unseen=summary.unseen,
+        )
     return summary
 
 
@@ -143,9 +149,9 @@ def _of_whole(
 ) -> RunSummary:
     with reporting(options["estimator"]) as start:
         result = estimate_recording(loaded, pen, on_start=start, **options)
-    write_table(result.output.to_pandas(), output)
+    write_table(result.to_pandas(), output)
     if figure is not None:
-        _save(figure, result.output, result.ink, truth=result.used.truth)
+        _save(figure, result.output, result.ink, truth=result.used.truth, unseen=result.unseen)
     return result.summary()
 
 

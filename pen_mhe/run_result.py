@@ -15,10 +15,12 @@ from estimation.recording import Recording
 from estimation.watch.words import watch_sentences
 from models.state_space import StateSpaceModel
 from pen_mhe.run_summary import RunSummary, bias_and_tilt
+from pen_mhe.unseen import output_table, unseen
 from recordings.ink import InkMatch
 from recordings.thinning import LeftOutError
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
 
@@ -72,7 +74,16 @@ class EstimateRun:
         """Draw the tip's path, over the ink where there is a scan, angles and step times."""
         from pen_mhe.figures import estimate_figure  # slow to import
 
-        return estimate_figure(self.output, self.ink, truth=self.used.truth)
+        return estimate_figure(self.output, self.ink, truth=self.used.truth, unseen=self.unseen)
+
+    @property
+    def unseen(self) -> frozenset[str]:
+        """Of place and attitude, what no reading shows in most rows of `output`."""
+        return unseen(self.model, self.output)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the table of `output`, with what is not observable in each row."""
+        return output_table(self.model, self.output)
 
     def summary(self) -> RunSummary:
         """Return the run's figures without its arrays."""
@@ -99,6 +110,7 @@ class EstimateRun:
             is_smoothed=self.is_smoothed,
             rows_without=self.rows_without,
             notes=self.notes,
+            unseen=self.unseen,
         )
 
     def sentences(self) -> list[str]:

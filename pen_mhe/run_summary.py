@@ -12,6 +12,7 @@ from estimation.history import EstimateHistory
 from estimation.information_bound import OBSERVABLE_FRACTION
 from estimation.status import Status
 from models.state_space import StateSpaceModel
+from pen_mhe.unseen import COLUMN, unseen_words
 from recordings.thinning import LeftOutError
 
 TILT, STANDARD_GRAVITY_M_S2 = "elevation_rad", 9.80665
@@ -32,6 +33,7 @@ class RunSummary:
     bias_and_tilt : what `bias_and_tilt` says of the last step
     watch : what `estimation.watch.words.watch_sentences` says of the steps
     ink_mm : mean distance from the ink, where there is a scan
+    unseen : quantities that are not observable in most rows, see `pen_mhe.unseen`
     """
 
     recording: str
@@ -55,6 +57,7 @@ class RunSummary:
     is_smoothed: bool = False
     rows_without: int = 0
     notes: tuple[str, ...] = ()
+    unseen: frozenset[str] = frozenset()
 
     @property
     def size(self) -> str:
@@ -75,6 +78,11 @@ class RunSummary:
         median, p99 = 1e3 * self.median_step_s, 1e3 * self.p99_step_s
         said.append(f"step time: median {median:.3g} ms, p99 {p99:.3g} ms")
         said += [*self._delay_sentences(), *self._lag_sentences(), *self._error_sentences()]
+        if self.unseen:
+            said.append(
+                f"not observable: {unseen_words(self.unseen)}; no reading shows more than was "
+                f"known before (column {COLUMN})"
+            )
         said += self.bias_and_tilt
         if self.ink_mm is not None:
             said.append(f"mean ink distance: {self.ink_mm:.4f} mm")

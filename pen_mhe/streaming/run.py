@@ -28,6 +28,7 @@ from pen_mhe.streaming.plan import planned_as_arrived, planned_at_capture
 from pen_mhe.streaming.recent import Recent
 from pen_mhe.streaming.rows import stacked_parts
 from pen_mhe.streaming.survey import surveyed
+from pen_mhe.unseen import output_table
 from pen_mhe.watching import as_asked
 from recordings.formats.table_stream import TableStream
 from recordings.parts import KeptFrames, UsedParts
@@ -120,7 +121,7 @@ def estimate_stream(
             judging.step(history)
             judging.tell(told, recent.truth)
             if len(output):
-                write(_table(output, plan.tells_arrival))
+                write(_table(model, output, plan.tells_arrival))
             if drawn is not None:
                 drawn.tell(output)
             samples += len(output)
@@ -143,9 +144,9 @@ def _kept_frames(model: StateSpaceModel, thinning: CameraThinning) -> KeptFrames
     return KeptFrames(camera, kept_of(camera, thinning), thinning.phase)
 
 
-def _table(output: EstimateHistory, tells_arrival: bool) -> pd.DataFrame:
+def _table(model: StateSpaceModel, output: EstimateHistory, tells_arrival: bool) -> pd.DataFrame:
     """Return a part of the output, with the arrivals that the whole of it has a column of."""
-    table = output.to_pandas()
+    table = output_table(model, output)
     if tells_arrival and "arrival_s" not in table.columns:
         table.insert(1, "arrival_s", output.arrival_s)
     return table
