@@ -196,7 +196,9 @@ def _quiet_blocks(
         steps = np.mean(np.diff(here, axis=0) ** 2, axis=0) / 2
         is_fine = spread[i] < max(sensor.resolution, told / PLAUSIBLE)
         is_abrupt[i] = (is_fine | (steps >= ABRUPT * spread[i] ** 2)).all()
-    quiet = np.maximum(np.quantile(spread, part, axis=0, method="lower"), told / PLAUSIBLE)
+    # Blocks that never change, of a sensor that is stuck, say nothing of how quiet others are.
+    changing = np.where((spread > 0) | ~(spread > 0).any(axis=0), spread, np.inf)
+    quiet = np.maximum(np.quantile(changing, part, axis=0, method="lower"), told / PLAUSIBLE)
     loudest = int(np.argmax(quiet))
     if not quiet[loudest] <= PLAUSIBLE * told:
         said = f"spreads by {quiet[loudest]:.3g}" if np.isfinite(quiet[loudest]) else "has gaps"

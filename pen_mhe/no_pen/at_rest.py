@@ -13,13 +13,17 @@ from models.errors import InputError
 from models.pen_config import PenConfig
 from models.sensor_kinds.inertial import InertialSensor
 from pen_mhe.calibration.stills import Still, find_stills
+from pen_mhe.no_pen.any_pen import ACCEL
 
 FIRST_ROWS = 10_000
 """Rows in which rest is looked for: a recording that is read in parts has no more at hand."""
 
 
-QUIET = 0.01
-"""Part of a recording that says how quiet it can be: a second of rest in a hundred is seen."""
+LEAST_GRAVITY_M_S2 = 5.0
+"""Of the median |f|; less is an acceleration without gravity."""
+QUIET = (0.01, 0.05, 0.1)
+"""Parts of a recording that may say how quiet it can be, of which that counts which finds most: a
+second of rest in a hundred is seen, and a block in which a sensor hangs is not taken for quiet."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +82,23 @@ def at_rest(recording: Recording, sensors: Mapping[str, InertialSensor]) -> AtRe
     """
     if not sensors:
         return None
+    found = [still for part in QUIET for still in _stills(recording, sensors, part)]
+    return max(found, key=lambda each: each.duration_s, default=None)
+
+
+def _stills(
+    recording: Recording, sensors: Mapping[str, InertialSensor], quiet: float
+) -> list[AtRest]:
     try:
-        return AtRest(find_stills([first_rows(recording)], sensors, quiet=QUIET).kept)
+        return [AtRest(find_stills([first_rows(recording)], sensors, quiet=quiet).kept)]
     except InputError:  # it is never still, or too short to say
-        return None
+        return []
+
+
+def has_gravity(recording: Recording) -> bool:
+    """Return whether the median of |f| of a recording's accelerometer is near gravity."""
+    norm = np.linalg.norm(recording.sensor(ACCEL)[1], axis=1)
+    return bool(np.nanmedian(norm) > LEAST_GRAVITY_M_S2)
 
 
 def first_rows(recording: Recording) -> Recording:

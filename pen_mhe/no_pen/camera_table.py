@@ -28,6 +28,7 @@ LEAST_TURN = 0.05
 """Second singular value of γ δᵀ, rad² in all: turns about one axis only do not tell Q."""
 USUAL_M, USUAL_RAD = 2e-3, np.radians(1.0)
 LEAST_M, LEAST_RAD = 5e-4, np.radians(0.2)
+PRIOR_STD_M, PRIOR_STD_DEG = 0.1, 20.0
 STEP_S = 0.1
 """Between frames whose turns are compared, at least."""
 
@@ -39,11 +40,13 @@ class FoundCamera:
     Parameters
     ----------
     level_rad : of the pen file
+    prior : its lines on place and attitude, by the first pose
     """
 
     lines: tuple[PenLine, ...]
     notes: tuple[str, ...]
     level_rad: tuple[float, float] = (0.0, 0.0)
+    prior: tuple[PenLine, ...] = ()
 
 
 def camera_table(recording: Recording, rest: AtRest | None, mounted: MountedHow) -> FoundCamera:
@@ -82,7 +85,25 @@ def camera_table(recording: Recording, rest: AtRest | None, mounted: MountedHow)
         f"camera: {len(times)} poses; its frame is the world's{leans}, target's turn {why[0]}; "
         "taken as stamped at their capture, where the inertial sensor sits"
     )
-    return FoundCamera(lines, (note,), level)
+    prior = _prior(poses[0, :3], turned[0] * to_body.inv(), np.array(mounted.place_m()))
+    return FoundCamera(lines, (note,), level, prior)
+
+
+def _prior(position: Array, body_to_world: Rotation, place: Array) -> tuple[PenLine, ...]:
+    """Return the lines of a prior about a pose of the target."""
+    axis, up = body_to_world.apply([0, 0, 1]), body_to_world.inv().apply([0, 0, 1])
+    tip = position - body_to_world.apply(place)
+    angles = {
+        "azimuth": np.arctan2(axis[1], axis[0]),
+        "elevation": np.arcsin(np.clip(axis[2], -1, 1)),
+        "spin": np.arctan2(up[1], -up[0]),
+    }
+    how = "by the first pose"
+    lines = [PenLine("tip_m", [round(float(x), 4) for x in tip], MEASURED, how)]
+    for name, angle in angles.items():
+        lines.append(PenLine(f"{name}_deg", round(float(np.degrees(angle)), 2), MEASURED, how))
+        lines.append(PenLine(f"{name}_std_deg", PRIOR_STD_DEG, ASSUMED))
+    return (*lines, PenLine("tip_std_m", PRIOR_STD_M, ASSUMED))
 
 
 def _target_to_sensor(

@@ -115,12 +115,11 @@ def mounted_how(recording: Recording, rest: AtRest | None, axis: AnyAxis | None)
 
 def _guessed(chosen: PenAxis, up: Array, why: str) -> str:
     other = next_upright(up, chosen)
-    here, there = (np.degrees(each.elevation_rad(up)) for each in (chosen, other))
+    here, there = (float(np.degrees(each.elevation_rad(up))) for each in (chosen, other))
     sure = np.sin(np.radians(here)) - np.sin(np.radians(there)) >= ALIKE
-    doubt = "" if sure else "; that is a guess, "
     return (
-        f"axis: {chosen.name} is taken to point along the pen, from tip to top ({why}): elevation "
-        f"{here:.3g}° {'; ' if sure else ''}{doubt or ''}with --axis {other.name} it would be "
+        f"axis: {chosen.name} is {'taken' if sure else 'guessed'} to point along the pen, from tip "
+        f"to top ({why}), which stands at {here:.3g}° then; with --axis {other.name} it would be "
         f"{there:.3g}°"
     )
 

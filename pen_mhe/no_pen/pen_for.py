@@ -20,7 +20,7 @@ from models.parsed import toml_data
 from models.pen_file import load_pen, parse_pen
 from models.version import version
 from pen_mhe.no_pen.any_pen import ACCEL, CAMERA, GYRO, any_pen
-from pen_mhe.no_pen.at_rest import AtRest, at_rest, inertial_of
+from pen_mhe.no_pen.at_rest import AtRest, at_rest, has_gravity, inertial_of
 from pen_mhe.no_pen.axis import AnyAxis
 from pen_mhe.no_pen.camera_table import camera_table
 from pen_mhe.no_pen.found_pen import FoundPen
@@ -32,12 +32,17 @@ from recordings.read import RecordingPath, read_written
 from recordings.written import WrittenRecording
 
 GRAVITY_M_S2 = 9.81
+NO_GRAVITY = (
+    "accel is left out, for there is no gravity in it (user or linear acceleration): what it reads "
+    "says nothing of tilt"
+)
 MOSTLY = 2.0
 """Of a sensor's own noise, beyond which the jitter of stamps is most of it."""
 TILT_STD_DEG, TILT_STD_MOVING_DEG = 10.0, 30.0
 """Of elevation at the beginning, at rest and where the pen moves already."""
 HAND = "reference"
 """Bundled pen whose hand turns one that turns about its tip …"""
+CALM = TipBoundedVelocity(speed_m_s=0.2, correlation_time_s=0.15)
 TIP_AT_REST = TipBoundedVelocity(speed_m_s=0.03, correlation_time_s=0.1)
 """… and how far from rest such a tip is: as one that writes."""
 
@@ -79,13 +84,20 @@ def pen_for(
             f"recording {read.name} has the sensors {', '.join(read.readings)}, expected one of "
             f"{', '.join(any_pen().sensors)} to find a pen for"
         )
+    notes: list[str] = []
+    if ACCEL in names and not has_gravity(read):
+        names.remove(ACCEL)
+        read = read.select([name for name in read.readings if name != ACCEL]) if names else read
+        notes.append(NO_GRAVITY)
+    if not names:
+        raise InputError(f"recording {read.name}: {NO_GRAVITY}, expected one with gravity")
     inertial = inertial_of(any_pen(), names)
     rest = at_rest(read, inertial)
     mounted = mounted_how(read, rest, axis)
     title = f"pen of {Path(read.name).name}"
     tables = {
         "": _top(title),
-        **_motion(mounted),
+        **_motion(mounted, names),
         "prior": _prior(mounted),
     }
     noises = []
@@ -94,7 +106,7 @@ def pen_for(
         table, noise = inertial_table(name, sensor, readings, rest=rest, placed=mounted.lines())
         tables[f"sensors.{name}"] = table
         noises.append(noise)
-    notes = [*_rest_notes(read, rest, names), *mounted.notes]
+    notes += [*_rest_notes(read, rest, names), *mounted.notes]
     if CAMERA in names:
         camera = camera_table(read, rest, mounted)
         if camera.lines:
@@ -105,6 +117,8 @@ def pen_for(
                 PenLine("level_deg", level, MEASURED, "gravity in the camera's frame")
             )
         notes += camera.notes
+        if camera.prior:
+            tables["prior"] = list(camera.prior)
     # By a noise that is mostly jitter a hand would rest.
     if GYRO in names and all(noise.std < MOSTLY * noise.own_std for noise in noises):
         why = "while nothing moves, the rate is zero"
@@ -122,11 +136,14 @@ def _top(title: str) -> list[PenLine]:
     ]
 
 
-def _motion(mounted: MountedHow) -> dict[str, list[PenLine]]:
+def _motion(mounted: MountedHow, names: list[str]) -> dict[str, list[PenLine]]:
     """Return the tables of a stated hand: one whose tip rests, or one that moves at will."""
     turns = mounted.arm_m is not None
     motion, why = Motion(), "a stated hand, that moves at will"
-    if turns:
+    if names == [ACCEL]:
+        motion = Motion(tip=CALM)
+        why = "a stated hand, a calm one: without a gyroscope no other shows tilt"
+    elif turns:
         motion = Motion(tip=TIP_AT_REST, attitude=load_pen(HAND).motion.attitude)
         why = "a stated hand, that turns the pen about its tip"
     return {
@@ -165,9 +182,9 @@ def _rest_notes(recording: Recording, rest: AtRest | None, names: list[str]) -> 
             "rest: the recording is never still for 1.2 s, so noise and bias are assumed, with a "
             "wide prior; a few seconds at rest in the beginning would tell them"
         ]
-    shows = "noise and the gyroscope's bias" if GYRO in names else "noise"
+    shows = "noise and the gyroscope's bias are" if GYRO in names else "noise is"
     first = rest.stills[0].start_s - float(recording.time_s[0])
-    said = [f"rest: {shows} are measured in {rest.duration_s:.2g} s, from {first:.2g} s on"]
+    said = [f"rest: {shows} measured in {rest.duration_s:.2g} s, from {first:.2g} s on"]
     if ACCEL in names:
         norm = float(np.linalg.norm(rest.mean(ACCEL)))
         off = norm - GRAVITY_M_S2
