@@ -38,6 +38,8 @@ PLAUSIBLE = 20.0
 ABRUPT = 0.2
 """Mean square of successive differences over twice the variance: 1 for white noise, 0.5 and 0.3
 behind a pole at a tenth and a twentieth of the rate, 0.05 for a hand at a twentieth."""
+ROUNDING = 1e-6
+"""Of the noise in the pen file: what a mean of equal readings leaves."""
 MARGIN_S = 0.1
 """Left out at both ends of a stretch."""
 SHORTEST_S = 1.0
@@ -197,7 +199,8 @@ def _quiet_blocks(
         is_fine = spread[i] < max(sensor.resolution, told / PLAUSIBLE)
         is_abrupt[i] = (is_fine | (steps >= ABRUPT * spread[i] ** 2)).all()
     # Blocks that never change, of a sensor that is stuck, say nothing of how quiet others are.
-    changing = np.where((spread > 0) | ~(spread > 0).any(axis=0), spread, np.inf)
+    is_alive = spread > told * ROUNDING
+    changing = np.where(is_alive | ~is_alive.any(axis=0), spread, np.inf)
     quiet = np.maximum(np.quantile(changing, part, axis=0, method="lower"), told / PLAUSIBLE)
     loudest = int(np.argmax(quiet))
     if not quiet[loudest] <= PLAUSIBLE * told:
