@@ -12,10 +12,10 @@ import typer
 from benchmark.console import console, progress
 from benchmark.runner.interrupts import not_swallowed
 from commands.option_groups import fields_group, grouped
-from commands.options import PenOrNoneOption, names
+from commands.options import PenOrNoneOption, SensorsOption, WritingAreaOption, names
 from commands.options import units as read_units
-from commands.recording_options import ReadOptions
-from commands.sentences import one_sentence
+from commands.recording_options import FileOptions
+from commands.sentences import ExitCode, one_sentence
 from commands.setting_options import check_options, settings_group
 from estimation.apart import check_apart
 from estimation.watch.config import ON_LOST
@@ -32,7 +32,7 @@ OnLostName = StrEnum("OnLostName", {name: name for name in ON_LOST})  # type: ig
 
 
 @dataclass(frozen=True, kw_only=True)
-class Source(ReadOptions):
+class Source(FileOptions):
     """A recording, the pen that wrote it or its axis, and whether rest is a reading."""
 
     pen: PenOrNoneOption = None
@@ -43,6 +43,8 @@ class Source(ReadOptions):
             "x, -x, … -z, or three numbers; by default as motion or gravity shows."
         ),
     ] = None
+    sensors: SensorsOption = None
+    writing_area: WritingAreaOption = True
     rest: Annotated[
         bool,
         typer.Option(
@@ -131,6 +133,8 @@ def estimate(
     it speaks of, arrival_s too. Readings are tested (--no-watch does not).
     CSV and Parquet with columns like these may be of any length: they are
     read and written in parts. What any other logger wrote is read whole.
+    The recording is checked first (pen-mhe check); the last line says how far
+    to trust the answer. Ends with 1 where it cannot be meant.
     """
     # Tables and figures are slow to import: only where a command needs them.
     from pen_mhe.estimate_file import estimate_file
@@ -168,3 +172,5 @@ def estimate(
         console.print(f"{summary.size}, written to {written.output}")
         for sentence in summary.sentences():
             console.print(sentence)
+    if not summary.trust.is_meant:
+        raise typer.Exit(ExitCode.NOT_MEANT)

@@ -12,8 +12,8 @@ from commands.options import PenOption, SensorsOption, WritingAreaOption
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReadOptions:
-    """A recording, and how it is read."""
+class FileOptions:
+    """A recording in files, and what is said of them."""
 
     recording: Annotated[
         list[Path],
@@ -22,8 +22,6 @@ class ReadOptions:
             ".zip of them, a ROS bag, or a D-POINT folder."
         ),
     ]
-    sensors: SensorsOption = None
-    writing_area: WritingAreaOption = True
     units: Annotated[
         str | None,
         typer.Option(
@@ -34,8 +32,8 @@ class ReadOptions:
     columns: Annotated[
         str | None,
         typer.Option(
-            help="Which columns are which sensor's, e.g. 'accel=ax,ay,az;time=millis'; or the "
-            "names of all of a file without a header."
+            help="Which columns are which sensor's, e.g. 'accel=ax,ay,-az;time=millis', a minus "
+            "turns a sign; or the names of all of a file without a header."
         ),
     ] = None
     strict: Annotated[
@@ -44,7 +42,9 @@ class ReadOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecordingOptions(ReadOptions):
+class RecordingOptions(FileOptions):
     """A recording and the pen that wrote it."""
 
     pen: PenOption
+    sensors: SensorsOption = None
+    writing_area: WritingAreaOption = True

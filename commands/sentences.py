@@ -22,6 +22,7 @@ class ExitCode(IntEnum):
 
     DONE = 0
     FAULT = 1
+    NOT_MEANT = 1
     REFUSED = 2
     INTERRUPTED = 130
 
@@ -29,7 +30,8 @@ class ExitCode(IntEnum):
 EXIT_CODES: Mapping[ExitCode, str] = MappingProxyType(
     {
         ExitCode.DONE: "Done.",
-        ExitCode.FAULT: "A fault of pen-mhe itself, with a traceback.",
+        ExitCode.FAULT: "An answer that cannot be meant, the last line says why; or, with a "
+        "traceback, a fault of pen-mhe itself.",
         ExitCode.REFUSED: "Input that is refused: one sentence on stderr says what was expected.",
         ExitCode.INTERRUPTED: "Interrupted (Ctrl-C): one sentence says what is kept.",
     }

@@ -37,6 +37,7 @@ from pen_mhe.sensor_verdict import observe as observe
 from pen_mhe.tuning.run import tune as tune
 from pen_mhe.version import __version__ as __version__
 from pen_mhe.watching import watched as watched
+from recordings.checked import check as check
 from recordings.read import read_recording as read_recording
 from recordings.simulate_pen import simulate as simulate
 from recordings.simulate_pen import simulate_model as simulate_model

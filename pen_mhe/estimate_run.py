@@ -135,7 +135,8 @@ def estimate_recording(
         lag_samples=lag,
         rows_without=len(times) - len(output),
         is_smoothed=smooth,
-        notes=(*loaded.sentences(), *of_rest),
+        notes=(*loaded.notes, *of_rest),
+        findings=loaded.checked(recording.select(measured), pen).findings,
     )
 
 

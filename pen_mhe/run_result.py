@@ -14,8 +14,9 @@ from estimation.history import EstimateHistory
 from estimation.recording import Recording
 from estimation.watch.words import watch_sentences
 from models.state_space import StateSpaceModel
-from pen_mhe.run_summary import RunSummary, bias_and_tilt
+from pen_mhe.run_summary import RunSummary, bias_and_tilt, claimed_tilt
 from pen_mhe.unseen import output_table, unseen
+from recordings.finding import Finding
 from recordings.ink import InkMatch
 from recordings.thinning import LeftOutError
 
@@ -46,6 +47,7 @@ class EstimateRun:
     is_smoothed : whether each row of `output` knows the whole recording; errors and ink too
     rows_without : samples of the fastest sensor that no row speaks of: so long has not passed since
     notes : what was recognised, ignored and repaired in the file
+    findings : what an estimate of the recording may suffer from
     """
 
     model: StateSpaceModel
@@ -64,6 +66,7 @@ class EstimateRun:
     is_smoothed: bool = False
     rows_without: int = 0
     notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
     def __repr__(self) -> str:
         summary = self.summary()
@@ -111,6 +114,8 @@ class EstimateRun:
             rows_without=self.rows_without,
             notes=self.notes,
             unseen=self.unseen,
+            findings=self.findings,
+            tilt_std_rad=claimed_tilt(history),
         )
 
     def sentences(self) -> list[str]:

@@ -12,7 +12,9 @@ from estimation.history import EstimateHistory
 from estimation.information_bound import OBSERVABLE_FRACTION
 from estimation.status import Status
 from models.state_space import StateSpaceModel
+from pen_mhe.trust import Trust, trust_of
 from pen_mhe.unseen import COLUMN, unseen_words
+from recordings.finding import Finding, finding_lines
 from recordings.thinning import LeftOutError
 
 TILT, STANDARD_GRAVITY_M_S2 = "elevation_rad", 9.80665
@@ -34,6 +36,8 @@ class RunSummary:
     watch : what `estimation.watch.words.watch_sentences` says of the steps
     ink_mm : mean distance from the ink, where there is a scan
     unseen : quantities that are not observable in most rows, see `pen_mhe.unseen`
+    findings : of checks of the recording
+    tilt_std_rad : of `claimed_tilt`
     """
 
     recording: str
@@ -58,6 +62,13 @@ class RunSummary:
     rows_without: int = 0
     notes: tuple[str, ...] = ()
     unseen: frozenset[str] = frozenset()
+    findings: tuple[Finding, ...] = ()
+    tilt_std_rad: float | None = None
+
+    @property
+    def trust(self) -> Trust:
+        """How far to trust the answer."""
+        return trust_of(self.findings, self.statuses, self.nis, tilt_std_rad=self.tilt_std_rad)
 
     @property
     def size(self) -> str:
@@ -68,7 +79,8 @@ class RunSummary:
         """Return what the run says of itself: its file, statuses, times, errors, consistency."""
         solved = sum(count for status, count in self.statuses.items() if status.is_solved)
         share = solved / self.steps if self.steps else np.nan
-        said = [*self.notes, f"solved {share:.2%} of the steps"]
+        said = [*self.notes, *("\n".join(finding_lines(one)) for one in self.findings)]
+        said.append(f"solved {share:.2%} of the steps")
         said += [
             f"{count} × {status.label}: {status.sentence}"
             for status, count in self.statuses.items()
@@ -86,7 +98,7 @@ class RunSummary:
         said += self.bias_and_tilt
         if self.ink_mm is not None:
             said.append(f"mean ink distance: {self.ink_mm:.4f} mm")
-        return said
+        return [*said, self.trust.sentence]
 
     def _delay_sentences(self) -> list[str]:
         if self.is_causal:
@@ -141,14 +153,21 @@ class RunSummary:
         return said
 
 
+def claimed_tilt(history: EstimateHistory) -> float | None:
+    """Return the standard deviation of the elevation at the last step; None where it has none."""
+    if TILT not in history.names or not len(history):
+        return None
+    return float(history.std_of(TILT)[-1])
+
+
 def bias_and_tilt(model: StateSpaceModel, history: EstimateHistory) -> list[str]:
     """Say, once, where an accelerometer's bias and a tilt are not told apart.
 
     That is where the bias stays about as unknown as it was, and the tilt with it.
     """
-    if TILT not in history.names or not len(history):
+    tilt = claimed_tilt(history)
+    if tilt is None:
         return []
-    tilt = float(history.std_of(TILT)[-1])
     for sensor in model.sensors:
         if not sensor.bias_states or set(sensor.unit_of_axis) != {"m_s2"}:
             continue

@@ -1,3 +1,6 @@
+from recordings.checked import CheckedRecording as CheckedRecording
+from recordings.checked import check as check
+from recordings.finding import Finding as Finding
 from recordings.formats.imu_array import ImuArray as ImuArray
 from recordings.formats.imu_array import read_imu_array as read_imu_array
 from recordings.formats.model_tables import (

@@ -20,7 +20,8 @@ class Asked:
     Parameters
     ----------
     units : sensor, or ``time`` → unit: ``mg``, ``g/16384`` for counts of which 16384 make one
-    columns : sensor, or ``time`` → the names of its columns in the file
+    columns : sensor, or ``time`` → the names of its columns in the file, with a minus in front of
+        one that reads the other way round
     header : names of all columns of a file that has none
     strict : refuse what would have to be repaired
     """

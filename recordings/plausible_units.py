@@ -24,6 +24,7 @@ from models.errors import InputError
 from models.pen_config import PenConfig
 from models.sensor_kinds.mounted import SensorBase
 from models.units import UNITS
+from recordings.gravity_felt import felt_gravity
 from recordings.turn_factor import turn_factor
 
 GRAVITY_FACTOR = 2.0
@@ -99,10 +100,12 @@ def unit_verdicts(
 
 
 def gravity_evidence(recording: Recording, pen: PenConfig, name: str) -> Evidence | None:
-    """Return what the median of |f| says; None for an accelerometer of fewer than three axes."""
+    """Return what the median of |f| says; None of fewer than three axes, or without gravity."""
     if len(pen.sensors[name].reading_axes) < 3:
         return None
-    _, force = _in_body_axes(recording, pen, name)
+    time_s, force = _in_body_axes(recording, pen, name)
+    if not felt_gravity(time_s, force, pen.gravity_m_s2).is_there:
+        return None
     median = float(np.median(np.linalg.norm(force, axis=1))) if len(force) else 0.0
     if median == 0:
         return None

@@ -37,9 +37,10 @@ def read_recording(
 ) -> Recording:
     """Read a recording of a pen's sensors; see `read_written`, which brings its ink too.
 
-    What was recognised, ignored and repaired in a file of somebody else's goes to standard error,
-    a sentence a line. Of a model of one's own it reads a table,
-    `recordings.formats.model_tables`, in its units, or takes one that is already there.
+    What was recognised, ignored and repaired in a file of somebody else's, and what checks find
+    (`recordings.checked.check`), goes to standard error, a sentence a line. Of a model of one's own
+    it reads a table, `recordings.formats.model_tables`, in its units, or takes one that is
+    already there.
 
     Raises
     ------
@@ -58,7 +59,7 @@ def read_recording(
                 raise InputError("several files of a model's readings, expected one table")
             return recording_from_model_table(read_table(Path(path)), pen, str(path))
     written = read_written(path, pen, units=units, columns=columns, strict=strict)
-    for sentence in written.sentences():
+    for sentence in written.checked(written.recording, as_pen(pen)).sentences():
         print(sentence, file=sys.stderr)
     return written.recording
 
@@ -82,8 +83,8 @@ def read_written(
     pen : a pen, the name of a bundled one, or the path of a pen file
     units : sensor name, or ``time`` → unit, for tables whose headers have none: ``mg``, or
         ``g/16384`` for counts
-    columns : sensor name, or ``time`` → its columns: ``"accel=ax,ay,az;time=millis"``; names of
-        all columns for a file without a header
+    columns : sensor name, or ``time`` → its columns: ``"accel=ax,-ay,az;time=millis"``, a minus
+        turns a sign; names of all columns for a file without a header
     strict : refuse what would have to be repaired: stamps that repeat or go back, lines that
         are cut off
 

@@ -122,6 +122,7 @@ def pen_of(
         return known
     if not isinstance(recording, WrittenRecording):
         recording = read_written(recording, any_pen(), units=units, columns=columns, strict=strict)
+    recording = recording.checked(recording.recording, any_pen(), against_pen=False)
     found = pen_for(recording, axis)
     loaded = replace(recording, notes=(*recording.notes, *found.notes))
     return WhichPen(found.pen, "no pen file: the pen is what the recording shows", loaded, found)

@@ -20,7 +20,7 @@ from pen_mhe.errors import (
     squared_errors,
     state_errors,
 )
-from pen_mhe.run_summary import RunSummary, bias_and_tilt
+from pen_mhe.run_summary import RunSummary, bias_and_tilt, claimed_tilt
 from pen_mhe.streaming.seen import SeenInParts
 from pen_mhe.unseen import UnseenInParts
 from recordings.left_out import LeftOutInParts
@@ -44,6 +44,7 @@ class Judging:
         self._step_times = Quantiles()
         self._nis, self._watch = ConsistencyInParts(), WatchInParts()
         self._bias_and_tilt: tuple[str, ...] = ()
+        self._tilt_std_rad: float | None = None
         self.knows_states = set(model.state_names) <= set(true_names)
         cameras = [sensor for sensor in model.sensors if sensor.sees_pose]
         self._left_out = LeftOutInParts(model, cameras[0]) if cameras else None
@@ -66,6 +67,7 @@ class Judging:
         self._watch.add(history)
         self._nis.add(*nis(history, self._model.measured_rows))
         self._bias_and_tilt = tuple(bias_and_tilt(self._model, history))
+        self._tilt_std_rad = claimed_tilt(history)
 
     def tell(self, told: EstimateHistory, truth: Truth | None) -> None:
         """Look at what the next steps tell of instants; see `pen_mhe.streaming.telling`."""
@@ -102,6 +104,7 @@ class Judging:
             nis=self._nis.result(),
             nees=self._nees.result(),
             bias_and_tilt=self._bias_and_tilt,
+            tilt_std_rad=self._tilt_std_rad,
             watch=tuple(self._watch.sentences()),
             unseen=self._unseen.result(),
             **facts,

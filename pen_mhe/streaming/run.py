@@ -136,6 +136,7 @@ def estimate_stream(
         lag_samples=plan.lag,
         rows_without=survey.samples - samples,
         notes=(*stream.notes, *of_rest),
+        findings=survey.findings,
     )
 
 

@@ -16,6 +16,9 @@ from models.state_space import StateSpaceModel
 from pen_mhe.causal_run import lateness
 from pen_mhe.streaming.recent import Recent
 from pen_mhe.streaming.rows import stacked_parts
+from recordings.checks.run import findings_of_sketch
+from recordings.checks.sketch import Sketch
+from recordings.finding import Finding
 from recordings.formats.table_stream import TableStream
 from recordings.parts import UsedParts
 from recordings.recording_check import RecordingCheck
@@ -32,12 +35,14 @@ class Survey:
     fastest : the sensor with most readings in it
     samples : how many these are
     delays_s : as of `pen_mhe.causal_run.delays_of`
+    findings : what an estimate of it may suffer from
     """
 
     instants: int
     fastest: str
     samples: int
     delays_s: dict[str, float]
+    findings: tuple[Finding, ...]
 
 
 def surveyed(
@@ -64,12 +69,13 @@ def surveyed(
     check, instants = RecordingCheck(stream.header, pen), 0
     readings = {sensor.name: 0 for sensor in model.measured_sensors}
     late: dict[str, Quantiles] = {}
-    intervals, last = Quantiles(), np.zeros(0)
+    intervals, last, sketch = Quantiles(), np.zeros(0), Sketch()
     for raw in stream.parts(on_read):
         check.take(raw)
         part = used.take(raw)
         if part is None:
             continue
+        sketch.take(part.recorded)
         if thinned is not None:
             times = np.append(last, part.recorded.sensor(thinned.name)[0])
             intervals.add(np.diff(times))
@@ -92,6 +98,7 @@ def surveyed(
         fastest,
         readings[fastest],
         {name: delay_s for name, delay_s in medians.items() if delay_s > 0},
+        findings_of_sketch(sketch, pen),
     )
 
 

@@ -47,11 +47,13 @@ class AxesFit:
     costs : (48, w) Huber costs, in units of the scale's square
     correlation : (48,) between Δ and what is predicted
     bias : (48, 3) b, rad/s
+    factor : (48,) by which gravity turns faster than is predicted
     """
 
     costs: Array
     correlation: Array
     bias: Array
+    factor: Array
 
     @cached_property
     def best(self) -> int:
@@ -63,6 +65,10 @@ class AxesFit:
         more = self.costs[one] - self.costs[other]
         spread = float(np.sqrt(2 * np.sum(more**2)))  # windows overlap by half
         return float(more.sum()) / spread if spread > 0 else 0.0
+
+    def unexplained(self, one: int) -> float:
+        """Return which part of gravity's turning a candidate leaves unexplained: 1 - ρ², or 1."""
+        return 1 - max(float(self.correlation[one]), 0.0) ** 2
 
     def alike(self, at_most: float) -> list[int]:
         """Return the candidates that cost no more than the best, but for so many errors."""
@@ -88,14 +94,8 @@ def fit_axes(turns: GravityTurns) -> AxesFit:
         weight = 1 / np.maximum(residual / (HUBER * scale), 1.0)
     size = residual / scale
     costs = np.where(size <= HUBER, size**2 / 2, HUBER * size - HUBER**2 / 2)
-    return AxesFit(costs, _correlation(turns, predicted, bias, B, weight), bias)
-
-
-def _correlation(
-    turns: GravityTurns, predicted: Array, bias: Array, B: Array, weight: Array
-) -> Array:
     whole = predicted + np.einsum("wca,ka->kwc", B, bias)
-    together = np.einsum("kw,wc,kwc->k", weight, turns.turned, whole)
-    own = np.einsum("kw,wc,wc->k", weight, turns.turned, turns.turned)
-    its = np.einsum("kw,kwc,kwc->k", weight, whole, whole)
-    return np.asarray(together / (np.sqrt(own * its) + np.finfo(float).tiny))
+    together = np.sum(weight * np.sum(turns.turned * whole, axis=2), axis=1)
+    own = np.sum(weight * np.sum(turns.turned**2, axis=1), axis=1)
+    its = np.sum(weight * np.sum(whole**2, axis=2), axis=1) + np.finfo(float).tiny
+    return AxesFit(costs, together / np.sqrt(own * its), bias, together / its)

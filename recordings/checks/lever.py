@@ -39,7 +39,8 @@ class Lever:
     ----------
     arm_m : (3,) from the point that rests, in the accelerometer's axes
     std_m : (3,)
-    explained : part of the readings' changes that it explains: near 1 while the tip rests
+    explained : part of the readings' changes, noise apart, that it explains: near 1 while the tip
+        rests
     windows : number
     """
 
@@ -59,13 +60,21 @@ class Lever:
         return np.asarray(self.arm_m / self.length_m)
 
 
-def lever_of(force_time_s: Array, force: Array, rate_time_s: Array, rate: Array) -> Lever | None:
+def lever_of(
+    force_time_s: Array,
+    force: Array,
+    rate_time_s: Array,
+    rate: Array,
+    *,
+    noise_std: float = 0.0,
+) -> Lever | None:
     """Return where a chip sits; None where no window is whole.
 
     Parameters
     ----------
     force_time_s, force : (n,), (n, 3) specific force, m/s²
     rate_time_s, rate : (m,), (m, 3) angular rate about the same axes without bias, rad/s
+    noise_std : of one axis of a force at rest, which no lever has to explain
     """
     t = force_time_s
     if len(t) < 2 or len(rate) < 2:
@@ -74,7 +83,7 @@ def lever_of(force_time_s: Array, force: Array, rate_time_s: Array, rate: Array)
     steps = np.unique(np.floor((t - t[0]) / (WINDOW_S / 2)))
     if len(steps) > MOST_WINDOWS:
         steps = steps[np.linspace(0, len(steps) - 1, MOST_WINDOWS).astype(int)]
-    y, C, D = [], [], []
+    y, C, D, chance = [], [], [], []
     for start in t[0] + steps * WINDOW_S / 2:
         first, end = np.searchsorted(t, [start, start + WINDOW_S])
         at = t[first:end]
@@ -87,14 +96,20 @@ def lever_of(force_time_s: Array, force: Array, rate_time_s: Array, rate: Array)
         turned = np.einsum("nij,nj->ni", R, force[first:end])
         y.append((psi * dt) @ turned)
         C.append(np.einsum("kn,nij->kij", bent / WINDOW_S**2 * dt, R))
+        chance.append(3 * noise_std**2 * np.sum((psi * dt) ** 2))
         D.append(np.einsum("kn,nij->kij", psi * dt, R))
     if not y:
         return None
-    return _fitted(np.array(y), np.array(C), np.array(D))
+    return _fitted(np.array(y), np.array(C), np.array(D), np.array(chance))
 
 
-def _fitted(y: Array, C: Array, D: Array) -> Lever:
-    """Fit arm and bias to y (w, k, 3) = C r + D b of w windows and k functions, robustly."""
+def _fitted(y: Array, C: Array, D: Array, chance: Array) -> Lever:
+    """Fit arm and bias to y (w, k, 3) = C r + D b of w windows and k functions, robustly.
+
+    Parameters
+    ----------
+    chance : (w,) what noise alone makes of the squares of y
+    """
     windows = len(y)
     A = np.concatenate([C, D], axis=3).reshape(windows, -1, 6)
     flat = y.reshape(windows, -1)
@@ -107,8 +122,9 @@ def _fitted(y: Array, C: Array, D: Array) -> Lever:
         residual = flat - A @ theta
         size = np.sqrt(np.mean(residual**2, axis=1))
         weight = 1 / np.maximum(size / (HUBER * np.median(size) + np.finfo(float).tiny), 1.0)
-    left = float(np.einsum("w,wc->", weight, residual**2))
-    whole = float(np.einsum("w,wc->", weight, (flat - A[:, :, 3:] @ theta[3:]) ** 2))
+    noise = float(weight @ chance)
+    left = max(float(weight @ np.sum(residual**2, axis=1)) - noise, 0.0)
+    whole = float(weight @ np.sum((flat - A[:, :, 3:] @ theta[3:]) ** 2, axis=1)) - noise
     covariance = 2 * _std(residual, weight) ** 2 * np.linalg.inv(H)
     return Lever(
         theta[:3],

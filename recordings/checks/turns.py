@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from models.arrays import Array
 
@@ -52,7 +53,7 @@ class GravityTurns:
     def __len__(self) -> int:
         return len(self.start_s)
 
-    def some(self, chosen: Array) -> GravityTurns:
+    def some(self, chosen: NDArray[np.bool_]) -> GravityTurns:
         """Return some of the windows."""
         return GravityTurns(
             self.start_s[chosen], self.turned[chosen], self.crossed[chosen], self.leant[chosen]
@@ -61,9 +62,7 @@ class GravityTurns:
     @property
     def by_axes(self) -> Array:
         """(w, 3, 9) derivative of the prediction of Δ by the entries of P, row by row."""
-        return -np.einsum("cad,wbd->wcab", EPSILON, self.crossed, optimize=True).reshape(
-            len(self), 3, 9
-        )
+        return -np.einsum("cad,wbd->wcab", EPSILON, self.crossed).reshape(len(self), 3, 9)
 
     @property
     def by_bias(self) -> Array:
@@ -110,7 +109,7 @@ def gravity_turns(
             (
                 start,
                 -phi_dot @ u[here],
-                np.einsum("n,na,nb->ab", phi, omega[here], u[here], optimize=True),
+                (phi[:, None] * omega[here]).T @ u[here],
                 phi @ u[here],
             )
         )

@@ -26,6 +26,9 @@ TURNS = ("rx", "ry", "rz")
 """Axes of a rotation vector."""
 
 
+MINUS = "-"
+"""In front of a column that somebody names: it reads the other way round."""
+
 Rows = slice | NDArray[np.int64]
 ALL: Rows = slice(None)
 
@@ -45,6 +48,7 @@ class Group:
     added : columns that are added to the first, axis by axis: gravity to what is without it
     own : axis → column as a recording of the pen calls it, where the file does so too
     known : what such columns mean
+    signs : axis → -1 where its column reads the other way round
     """
 
     kind: str
@@ -56,6 +60,7 @@ class Group:
     added: Mapping[str, str] | None = None
     own: Mapping[str, str] = field(default_factory=dict)
     known: Mapping[str, Column] = field(default_factory=dict)
+    signs: Mapping[str, float] = field(default_factory=dict)
 
     def values(self, axes: Sequence[str], rows: Rows = ALL) -> Array:
         """Return the readings (n, k) as they stand in the file, NaN where there is none."""
@@ -66,6 +71,8 @@ class Group:
         if self.added is not None:
             more = [numbers(frame[self.added[axis]], where) for axis in axes]
             found = [one + other for one, other in zip(found, more, strict=True)]
+        if self.signs:
+            found = [self.signs.get(axis, 1.0) * one for axis, one in zip(axes, found, strict=True)]
         return np.column_stack(found)
 
     def factors(self, axes: Sequence[str], factor: float) -> Array:
@@ -90,9 +97,14 @@ class Group:
         """Return the names of its columns."""
         return (*self.headers.values(), *(self.added or {}).values())
 
+    def axis_columns(self) -> tuple[str, ...]:
+        """Return the names of its columns with their signs, as ``--columns`` takes them."""
+        signs = {axis: "-" if self.signs.get(axis, 1.0) < 0 else "" for axis in self.headers}
+        return tuple(f"{signs[axis]}{header}" for axis, header in self.headers.items())
+
     def columns(self) -> str:
         """Return the names of its columns in a sentence."""
-        names = ", ".join(short(header) for header in self.headers.values())
+        names = ", ".join(map(short, self.axis_columns()))
         return names if self.added is None else f"{names} plus {', '.join(self.added.values())}"
 
 
@@ -210,10 +222,20 @@ def _asked(table: SourceTable, pen: PenConfig, name: str, names: Sequence[str]) 
             f"columns of {name}: {', '.join(names)}, "
             f"expected {len(axes)} of them: {', '.join(axes)}"
         )
-    headers = dict(zip(axes, names, strict=True))
-    units = {split_header(header)[1] for header in names}
+    own = set(map(str, table.frame.columns))
+    signs = {
+        axis: -1.0
+        for axis, header in zip(axes, names, strict=True)
+        if header not in own and header.startswith(MINUS)
+    }
+    headers = {
+        axis: header.removeprefix(MINUS) if axis in signs else header
+        for axis, header in zip(axes, names, strict=True)
+    }
+    units = {split_header(header)[1] for header in headers.values()}
     unit = units.pop() if len(units) == 1 else None
-    return Group(kind, "", table, headers, unit, None if config is None else name)
+    sensor = None if config is None else name
+    return Group(kind, "", table, headers, unit, sensor, signs=signs)
 
 
 def _pose_axes(names: Sequence[str]) -> tuple[str, ...]:

@@ -68,12 +68,20 @@ def columns_asked(
 
 
 def _resolved(table: SourceTable, name: str) -> str | None:
-    """Return the column of a name: as it is written, else whatever its capitals and unit."""
+    """Return the column of a name: as it is written, else whatever its capitals and unit.
+
+    In front of a name a minus stays, of a column that reads the other way round.
+    """
     headers = [str(header) for header in table.frame.columns]
     if name in headers:
         return name
-    for spelt in (str.casefold, lambda text: split_header(text)[0].casefold()):
+    for spelt in (str.casefold, _without_unit):
         alike = [header for header in headers if spelt(header.strip()) == spelt(name)]
         if len(alike) == 1:
             return alike[0]
-    return None
+    turned = _resolved(table, name[1:].strip()) if name.startswith("-") else None
+    return None if turned is None else f"-{turned}"
+
+
+def _without_unit(name: str) -> str:
+    return split_header(name)[0].casefold().replace("_", " ")

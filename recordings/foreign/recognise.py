@@ -11,7 +11,7 @@ from models.errors import InputError
 from models.pen_config import PenConfig
 from models.shown_text import one_line, short
 from recordings.asked import Asked
-from recordings.finding import Finding
+from recordings.finding import Finding, Severity
 from recordings.foreign.clocks import Clock, clocks_of, is_rate, origin_of
 from recordings.foreign.groups import (
     Group,
@@ -100,7 +100,13 @@ def recording_of_tables(
         check_units(recording, pen, read_as=read_as)
     notes = [*told.notes, *(f"repaired: {sentence}" for sentence in told.repairs)]
     return WrittenRecording(
-        recording, notes=tuple(map(one_line, notes)), findings=tuple(told.findings)
+        recording,
+        notes=tuple(map(one_line, notes)),
+        findings=tuple(told.findings),
+        columns={
+            sensor: tuple(map(one_line, group.axis_columns()))
+            for sensor, group in chosen.sensors.items()
+        },
     )
 
 
@@ -163,6 +169,8 @@ def _say_sensors(
                         f"{sensor} ({group.columns()})",
                         1.0,
                         "record the accelerometer itself, or the gravity beside it",
+                        Severity.NOT_MEANT,
+                        check="missing gravity",
                     )
                 )
 
