@@ -40,7 +40,7 @@ class Source(FileOptions):
         str | None,
         typer.Option(
             help="Without --pen: the sensor's axis that points along the pen from tip to top, "
-            "x, -x, … -z, or three numbers; by default as motion or gravity shows."
+            "x, -x, y, -y, z, -z, or three numbers; by default as motion or gravity shows."
         ),
     ] = None
     sensors: SensorsOption = None

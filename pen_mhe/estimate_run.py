@@ -87,7 +87,7 @@ def estimate_recording(
             "smoothed_rows", len(loaded.recording.time_s), f"recording {loaded.recording.name}"
         )
     recording = loaded.recording
-    pen, of_rest = with_rest(pen, recording, sensors) if rest else (pen, ())
+    pen, of_rest = with_rest(pen, recording, sensors=sensors) if rest else (pen, ())
     model = chosen_model(
         pen, tuple(recording.readings), sensors=sensors, writing_area=writing_area, rest=rest
     )
@@ -188,7 +188,7 @@ def estimate(
         what = "units" if units else "columns"
         raise InputError(f"{what} are given for a recording, expected none: its are SI")
     asked: dict[str, Any] = {"units": units, "columns": columns, "strict": strict}
-    config, loaded = pen_and_recording(recording, pen, axis, **asked)
+    config, loaded = pen_and_recording(recording, pen, axis=axis, **asked)
     return estimate_recording(
         loaded,
         config,

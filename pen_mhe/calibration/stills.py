@@ -141,7 +141,7 @@ def _quiet_stretches(
         If there are none.
     """
     start, step = recording.time_s[0], float(np.median(np.diff(recording.time_s)))
-    n = int((recording.time_s[-1] + step - start) / BLOCK_S + 1e-9)
+    n = max(int((recording.time_s[-1] + step - start) / BLOCK_S + 1e-9), 1)
     still = np.ones(n, dtype=bool)
     for name, sensor in sensors.items():
         times, values = _complete(recording, name)

@@ -22,7 +22,7 @@ rest."""
 
 
 def with_rest(
-    pen: PenConfig, recording: Recording, sensors: Collection[str] | None = None
+    pen: PenConfig, recording: Recording, *, sensors: Collection[str] | None = None
 ) -> tuple[PenConfig, tuple[str, ...]]:
     """Return a pen with a sensor of rest where it has none and a recording begins to need one.
 

@@ -35,6 +35,7 @@ TRUE_STATES = frozenset({"mrp_x", "mrp_y", "mrp_z"})
 def pen_and_recording(
     recording: Recording | WrittenRecording | RecordingPath,
     pen: AnyPen | None,
+    *,
     axis: AnyAxis | None = None,
     **asked: Any,
 ) -> tuple[PenConfig, WrittenRecording]:
@@ -61,7 +62,13 @@ def pen_and_recording(
 
 
 def check_no_axis(axis: AnyAxis | None) -> None:
-    """Refuse an axis beside a pen."""
+    """Refuse an axis beside a pen.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
     if axis is not None:
         raise InputError(
             f"axis {axis} is given with a pen, expected one of both: a pen says sensor_to_body"

@@ -76,7 +76,7 @@ def estimate_stream(
         If the recording is none, or something given makes no sense.
     """
     first = next(iter(stream.parts()), None) if rest else None
-    pen, of_rest = (pen, ()) if first is None else with_rest(pen, first, sensors)
+    pen, of_rest = (pen, ()) if first is None else with_rest(pen, first, sensors=sensors)
     model = chosen_model(
         pen, tuple(stream.header.sensors), sensors=sensors, writing_area=writing_area, rest=rest
     )
