@@ -144,7 +144,10 @@ def estimate(
         check_options(chosen, settings)
         check_apart(
             [written.output, written.figure],
-            {"the recording": source.recording, "the pen file": pen_paths(source.pen or "")},
+            {
+                "the recording": source.recording,
+                "the pen file": () if source.pen is None else pen_paths(source.pen),
+            },
         )
         with not_swallowed():
             summary = estimate_file(

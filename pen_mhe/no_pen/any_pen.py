@@ -18,8 +18,17 @@ def any_pen() -> PenConfig:
         {
             "name": "any pen",
             "sensors": {
-                ACCEL: {"preset": "LSM6DS3-accelerometer", "range_m_s2": None},
-                GYRO: {"preset": "LSM6DS3-gyroscope", "range_rad_s": None},
+                # With a bias, so that the truth of one may stand in the recording.
+                ACCEL: {
+                    "preset": "LSM6DS3-accelerometer",
+                    "range_m_s2": None,
+                    "bias_std_mg": 20.0,
+                },
+                GYRO: {
+                    "preset": "LSM6DS3-gyroscope",
+                    "range_rad_s": None,
+                    "bias_std_deg_s": 1.0,
+                },
                 CAMERA: {
                     "kind": "pose_camera",
                     "position_std_mm": 1.0,

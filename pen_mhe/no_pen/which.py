@@ -145,8 +145,9 @@ def _known(
         truth = recording.recording.truth
         names = () if truth is None else truth.names
         return _simulated(names, set(recording.recording.readings))
-    if isinstance(recording, str | Path) and Path(recording).exists():
-        row = format_of(Path(recording))
+    paths = [recording] if isinstance(recording, str | Path) else list(recording)
+    if len(paths) == 1 and Path(paths[0]).exists():
+        row = format_of(Path(paths[0]))
         if row is not None and row.pen is not None:
             note = f"no pen file: {row.name} is of the bundled pen {row.pen}"
             return WhichPen(load_pen(row.pen), note)
