@@ -12,9 +12,9 @@ import typer
 from benchmark.console import console, progress
 from benchmark.runner.interrupts import not_swallowed
 from commands.option_groups import fields_group, grouped
-from commands.options import RestOption, names
+from commands.options import PenOrNoneOption, SensorsOption, WritingAreaOption, names
 from commands.options import units as read_units
-from commands.recording_options import RecordingOptions
+from commands.recording_options import FileOptions
 from commands.sentences import ExitCode, one_sentence
 from commands.setting_options import check_options, settings_group
 from estimation.apart import check_apart
@@ -22,6 +22,7 @@ from estimation.watch.config import ON_LOST
 from models.errors import InputError
 from models.pen_file import load_pen, pen_paths
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, ESTIMATORS
+from pen_mhe.no_pen.usual import WITHOUT_PEN, usual_estimator
 from pen_mhe.truth.frame_names import FRAMES
 
 if TYPE_CHECKING:
@@ -31,14 +32,29 @@ if TYPE_CHECKING:
 EstimatorName = StrEnum("EstimatorName", {name: name for name in ESTIMATORS})  # type: ignore[misc]
 OnLostName = StrEnum("OnLostName", {name: name for name in ON_LOST})  # type: ignore[misc]
 TruthFrameName = StrEnum("TruthFrameName", {name: name for name in FRAMES})  # type: ignore[misc]
-DEFAULT = EstimatorName(DEFAULT_ESTIMATOR)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Source(RecordingOptions):
-    """A recording, the pen that wrote it, and whether rest is a reading."""
+class Source(FileOptions):
+    """A recording, the pen that wrote it or its axis, and whether rest is a reading."""
 
-    rest: RestOption = True
+    pen: PenOrNoneOption = None
+    axis: Annotated[
+        str | None,
+        typer.Option(
+            help="Without --pen: the sensor's axis that points along the pen from tip to top, "
+            "x, -x, y, -y, z, -z, or three numbers; by default as motion or gravity shows."
+        ),
+    ] = None
+    sensors: SensorsOption = None
+    writing_area: WritingAreaOption = True
+    rest: Annotated[
+        bool,
+        typer.Option(
+            help="Take a pen that does not move for one that does not turn: by the pen file's "
+            "sensor of rest, or one of its own where the recording is still."
+        ),
+    ] = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,7 +149,10 @@ class Written:
 def estimate(
     source: Source,
     written: Written,
-    estimator: Annotated[EstimatorName, typer.Option()] = DEFAULT,
+    estimator: Annotated[
+        EstimatorName | None,
+        typer.Option(help=f"By default {DEFAULT_ESTIMATOR}, without --pen {WITHOUT_PEN}."),
+    ] = None,
     *,
     settings: dict[str, Any],
     part: UsedPart,
@@ -143,8 +162,9 @@ def estimate(
     """Estimate the motion of a pen from a recording.
 
     Writes one row per IMU sample: time_s, the states, their standard
-    deviations (…_std), status, flagged (accel:stuck+camera:outlier),
-    iterations and step_time_s; where a row was told later than the instant
+    deviations (…_std), status, not_observable (tip_x_m+azimuth_rad: what
+    no reading shows), flagged (accel:stuck+camera:outlier), iterations and
+    step_time_s; where a row was told later than the instant
     it speaks of, arrival_s too. Beside a --truth each quantity has its true
     value and its error. Readings are tested (--no-watch does not).
     CSV and Parquet with columns like these may be of any length: they are
@@ -155,27 +175,29 @@ def estimate(
     # Tables and figures are slow to import: only where a command needs them.
     from pen_mhe.estimate_file import estimate_file
 
+    chosen = usual_estimator(source.pen) if estimator is None else estimator.value
     with one_sentence():
-        check_options(estimator.value, settings)
+        check_options(chosen, settings)
         check_apart(
             [written.output, written.figure],
             {
                 "the recording": source.recording,
-                "the pen file": pen_paths(source.pen),
+                "the pen file": () if source.pen is None else pen_paths(source.pen),
                 "the truth": [compared.truth],
             },
         )
         with not_swallowed():
             summary = estimate_file(
                 source.recording,
-                load_pen(source.pen),
+                None if source.pen is None else load_pen(source.pen),
                 written.output,
+                axis=source.axis,
                 figure=written.figure,
                 units=read_units(source.units),
                 columns=source.columns,
                 strict=source.strict,
                 reporting=progress,
-                estimator=estimator.value,
+                estimator=chosen,
                 settings=settings,
                 sensors=names(source.sensors),
                 thinning=part.thinning(),

@@ -17,6 +17,13 @@ PenOption = Annotated[
         autocompletion=completing("pens"),
     ),
 ]
+PenOrNoneOption = Annotated[
+    str | None,
+    typer.Option(
+        help="Pen file, or a bundled pen: {pens}; without one, what the recording shows.",
+        autocompletion=completing("pens"),
+    ),
+]
 SensorsOption = Annotated[
     str | None,
     typer.Option(

@@ -31,6 +31,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from estimation.chi_square import quantile
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 
@@ -56,13 +57,11 @@ def gate_limits(model: StateSpaceModel, gates: Mapping[str, float]) -> Array | N
     """
     if not gates:
         return None
-    from scipy.stats import chi2  # takes a second to import
-
     limits = np.full((len(model.sensors), model.n_r + 1), np.inf)
     for row, sensor in zip(limits, model.sensors, strict=True):
         if sensor.name in gates:
             count = np.arange(1, sensor.n_r + 1)
-            row[count] = chi2.ppf(gates[sensor.name], count)
+            row[count] = quantile(gates[sensor.name], count)
     return limits
 
 

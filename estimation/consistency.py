@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimation.chi_square import quantile
 from estimation.history import EstimateHistory
 from estimation.mahalanobis import squared_distances
 from estimation.tallies import Mean
@@ -152,11 +153,9 @@ def consistency_of(squared: Array, freedom: Array | int) -> Consistency:
 
 def inside(d: Array, dof: Array) -> int:
     """Return how many distances (n,) lie in the two-sided region of their freedom (n,)."""
-    from scipy.stats import chi2  # 0.5 s to import
-
     tail = (1 - PROBABILITY) / 2
     each, which = np.unique(dof, return_inverse=True)
-    lower, upper = (np.asarray(chi2.ppf(part, each)) for part in (tail, 1 - tail))
+    lower, upper = (np.asarray(quantile(part, each)) for part in (tail, 1 - tail))
     return int(((lower[which] <= d) & (d <= upper[which])).sum())
 
 
@@ -168,14 +167,12 @@ def judged(mean: float, total: float, inside: int, count: int) -> Consistency:
     total : degrees of freedom of all instants together
     inside : number of instants in their own region, of `count`
     """
-    from scipy.stats import chi2
-
     tail = (1 - PROBABILITY) / 2
     return Consistency(
         mean=mean,
         expected=total / count,
-        lower=float(chi2.ppf(tail, total)) / count,
-        upper=float(chi2.ppf(1 - tail, total)) / count,
+        lower=float(quantile(tail, total)) / count,
+        upper=float(quantile(1 - tail, total)) / count,
         inside_fraction=inside / count,
         count=count,
     )

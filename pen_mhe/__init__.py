@@ -19,7 +19,8 @@ One symbolic model, several estimators: a Kalman filter (``ekf``) and moving-hor
     table = histories["mhe"].to_pandas()  # a row per instant: states, deviations, status
     print(table[["time_s", "tip_x_m", "tip_x_m_std", "status"]].tail())
 
-Of a recording that you have: `read_recording`, and `estimate` for all of it in one call. What a
+Of a recording that you have: `read_recording`, and `estimate` for all of it in one call; without a
+pen file it finds one, as `pen_for` does. What a
 choice of sensors can see at all: `observe`. A model of your own, without a pen: `own_model`. C for
 a microcontroller: `export_c`. One sample at a time, live: ``estimator.step(state, measurement)``.
 

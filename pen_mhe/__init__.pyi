@@ -34,6 +34,7 @@ from pen_mhe.estimate_run import estimate as estimate
 from pen_mhe.estimators import ESTIMATORS as ESTIMATORS
 from pen_mhe.estimators import LEAST_SQUARES as LEAST_SQUARES
 from pen_mhe.estimators import create_estimator as create_estimator
+from pen_mhe.no_pen.pen_for import pen_for as pen_for
 from pen_mhe.sensor_verdict import observe as observe
 from pen_mhe.tuning.run import tune as tune
 from pen_mhe.version import __version__ as __version__

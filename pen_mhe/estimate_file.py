@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,9 @@ from estimation.output_file import whole_file
 from models.errors import InputError
 from models.pen_config import PenConfig
 from pen_mhe.estimate_run import estimate_recording
+from pen_mhe.no_pen.axis import AnyAxis
+from pen_mhe.no_pen.found_pen import check_not_edited, place_of
+from pen_mhe.no_pen.which import WhichPen, check_no_axis, pen_of
 from pen_mhe.run_summary import RunSummary
 from pen_mhe.streaming.drawn import DrawnRows
 from pen_mhe.streaming.run import Reporting, estimate_stream, silent
@@ -34,9 +38,10 @@ FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
 
 def estimate_file(
     recording: RecordingPath,
-    pen: PenConfig,
+    pen: PenConfig | None,
     output: Path,
     *,
+    axis: AnyAxis | None = None,
     figure: Path | None = None,
     units: Mapping[str, str] | None = None,
     columns: ColumnsAsked | None = None,
@@ -51,6 +56,9 @@ def estimate_file(
     Parameters
     ----------
     recording : of one of `recordings.formats.table.FORMATS`, or several of one recording
+    pen : None takes what the recording shows, see `pen_mhe.no_pen.which.pen_of`, and writes the
+        pen file beside the output, see `pen_mhe.no_pen.found_pen.place_of`
+    axis : without a pen, see `pen_mhe.no_pen.pen_for.pen_for`
     output, figure : files to write
     units, columns, strict : of a table, see `recordings.read.read_written`
     reporting : of the work, as it is done
@@ -67,15 +75,28 @@ def estimate_file(
     if truth is not None:
         options["truth"] = truth
     more = {"figure": figure, "reporting": reporting, **options}
+    asked: dict[str, Any] = {"units": units, "columns": columns}
+    notes: tuple[str, ...] = ()
+    if pen is None:
+        which = pen_of(recording, axis, **asked, strict=strict)
+        if which.found is not None:
+            return _with_found_pen(
+                which, place_of(recording, output), output, smooth=smooth, **more
+            )
+        pen, notes = which.pen, (which.note,)
+    else:
+        check_no_axis(axis)
 
     def read() -> WrittenRecording:
-        return read_written(recording, pen, units=units, columns=columns, strict=strict)
+        loaded = read_written(recording, pen, **asked, strict=strict)
+        return replace(loaded, notes=(*notes, *loaded.notes))
 
-    stream = None if smooth or truth else in_parts(recording, pen, units=units, columns=columns)
+    stream = None if smooth or truth else in_parts(recording, pen, **asked)
     if stream is None:
         return _of_whole(read(), pen, output, smooth=smooth, **more)
     try:
-        return _of_parts(stream, pen, output, **more)
+        summary = _of_parts(stream, pen, output, **more)
+        return replace(summary, notes=(*notes, *summary.notes))
     except UnfitTableError as refused:
         if strict:
             raise
@@ -84,6 +105,16 @@ def estimate_file(
         except InputError:
             raise refused from None
     return _of_whole(loaded, pen, output, **more)
+
+
+def _with_found_pen(which: WhichPen, place: Path, output: Path, **options: Any) -> RunSummary:
+    """Estimate with a pen that was found, and write its file."""
+    assert which.found is not None
+    assert which.loaded is not None
+    check_not_edited(place)
+    summary = _of_whole(which.loaded, which.pen, output, **options)
+    which.found.write(place)
+    return replace(summary, notes=(f"{which.note}, written to {place}", *summary.notes))
 
 
 def _of_parts(
@@ -102,7 +133,13 @@ def _of_parts(
     ):
         summary = estimate_stream(stream, pen, writer.write, drawn=drawn, **options)
     if figure is not None and drawn is not None:
-        _save(figure, drawn.history, truth=drawn.truth, samples=summary.samples)
+        _save(
+            figure,
+            drawn.history,
+            truth=drawn.truth,
+            samples=summary.samples,
+            unseen=summary.unseen,
+        )
     return summary
 
 
@@ -117,9 +154,9 @@ def _of_whole(
 ) -> RunSummary:
     with reporting(options["estimator"]) as start:
         result = estimate_recording(loaded, pen, on_start=start, **options)
-    write_table(result.table(), output)
+    write_table(result.to_pandas(), output)
     if figure is not None:
-        _save(figure, result.output, result.ink, truth=result.truth)
+        _save(figure, result.output, result.ink, truth=result.truth, unseen=result.unseen)
     return result.summary()
 
 

@@ -7,28 +7,28 @@ from typing import Any
 
 import numpy as np
 
-from estimation.consistency import Consistency, consistency_of, nees, nis
-from estimation.estimate import EstimateHistory
 from estimation.estimator import LookingBack, run
 from estimation.recording import Recording
 from estimation.smoother import smoothed
 from models.errors import InputError
 from models.limits import check_most, most
 from models.pen_config import PenConfig
-from models.pen_file import AnyPen, as_pen
-from models.state_space import StateSpaceModel
+from models.pen_file import AnyPen
 from pen_mhe.causal_run import causal_lags, delays_of, told_at
 from pen_mhe.chosen_model import chosen_model
-from pen_mhe.errors import known_columns, root_mean_square, seen_only, state_errors
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, check_filter, create_estimator
+from pen_mhe.no_pen.axis import AnyAxis
+from pen_mhe.no_pen.rest_sensor import with_rest
+from pen_mhe.no_pen.usual import usual_estimator
+from pen_mhe.no_pen.which import pen_and_recording
+from pen_mhe.run_figures import nees_of, nis_of, true_rms
 from pen_mhe.run_result import EstimateRun
-from pen_mhe.sensor_verdict import judge
 from pen_mhe.truth.given import GivenTruth, TruthSource
 from pen_mhe.truth.judged import judged_by
 from pen_mhe.watching import as_asked
 from recordings.asked import ColumnsAsked
 from recordings.ink import ink_match
-from recordings.read import RecordingPath, read_written
+from recordings.read import RecordingPath
 from recordings.thinning import CameraThinning, left_out_error, thinned
 from recordings.written import WrittenRecording
 
@@ -63,7 +63,8 @@ def estimate_recording(
     duration_s : use only the first seconds
     on_start : called with the number of steps; returns what is called as they are made
     writing_area, rest : see `models.pen.pen_model`; a recording that has readings of the pen's
-        sensor of rest (zero where an IMU says that it does not move) tells it instead
+        sensor of rest (zero where an IMU says that it does not move) tells it instead, and a pen
+        without one is given it where the recording is still, see `pen_mhe.no_pen.rest_sensor`
     smooth : go back over a filter's estimates, so that each knows the whole recording; output, ink
         and errors are those
     causal : see `estimation.estimator.run`; ``lag_samples`` are then the fastest sensor's
@@ -87,6 +88,7 @@ def estimate_recording(
         )
     track = None if truth is None else truth.track(pen, loaded.origin_s)
     recording = loaded.recording
+    pen, of_rest = with_rest(pen, recording, sensors=sensors) if rest else (pen, ())
     model = chosen_model(
         pen, tuple(recording.readings), sensors=sensors, writing_area=writing_area, rest=rest
     )
@@ -103,7 +105,7 @@ def estimate_recording(
     if causal:
         lag, given = causal_lags(estimator, given, used, fastest)
     built = as_asked(create_estimator(estimator, model, **given), watch, smooth, on_lost)
-    keeps = smooth or _has_nees(model, used)
+    keeps = smooth or _hasnees_of(model, used)
     keeps |= track is not None and len(used.time_s) <= most("smoothed_rows")
     steps = len(used.as_arrived(model)[0]) if causal else len(used.time_s)
     on_progress = on_start(steps) if on_start else None
@@ -125,9 +127,9 @@ def estimate_recording(
         history=history,
         output=output,
         left_out=left_out_error(model, cameras[0], told, recorded, used) if cameras else None,
-        true_rms=_true_rms(model, told, used),
-        nis=_nis(model, history),
-        nees=_nees(model, told, used),
+        true_rms=true_rms(model, told, used),
+        nis=nis_of(model, history),
+        nees=nees_of(model, told, used),
         ink=ink_match(output, loaded.ink) if loaded.ink else None,
         zero_delay=() if causal else tuple(s.name for s in model.sensors if s.delay_s > 0),
         delays_s=delays_of(model, used),
@@ -138,17 +140,18 @@ def estimate_recording(
         judged=None
         if track is None or truth is None
         else judged_by(track, model, output, offset_s=truth.offset_s, frame=truth.frame),
-        notes=loaded.notes,
+        notes=(*loaded.notes, *of_rest),
         findings=loaded.checked(recording.select(measured), pen).findings,
     )
 
 
 def estimate(
     recording: Recording | WrittenRecording | RecordingPath,
-    pen: AnyPen = "reference",
+    pen: AnyPen | None = None,
     *,
+    axis: AnyAxis | None = None,
     sensors: Sequence[str] | None = None,
-    estimator: str = DEFAULT_ESTIMATOR,
+    estimator: str | None = None,
     units: Mapping[str, str] | None = None,
     columns: ColumnsAsked | None = None,
     strict: bool = False,
@@ -173,9 +176,11 @@ def estimate(
     ----------
     recording : a recording, with the ink it left or without, or the path of a D-POINT folder,
         a table of any logger, or several of one recording
-    pen : a pen, the name of a bundled one, or the path of a pen file
+    pen : a pen, the name of a bundled one, or the path of a pen file; None takes what the
+        recording shows, see `pen_mhe.no_pen.which.pen_of`
+    axis : without a pen, see `pen_mhe.no_pen.pen_for.pen_for`
     sensors : names from the pen file; None takes all that the recording has
-    estimator : one of `pen_mhe.estimators.ESTIMATORS`
+    estimator : one of `pen_mhe.estimators.ESTIMATORS`; None takes the usual one
     units, columns, strict : of a file, see `recordings.read.read_written`
     thinning, duration_s : see `estimate_recording`
     writing_area, rest, smooth, causal, watch, on_lost : see `estimate_recording`
@@ -189,16 +194,16 @@ def estimate(
     InputError
         If something does not exist, does not fit together, or is not known by its name.
     """
-    config = as_pen(pen)
-    if not isinstance(recording, Recording | WrittenRecording):
-        recording = read_written(recording, config, units=units, columns=columns, strict=strict)
-    elif units or columns:
+    is_read = isinstance(recording, Recording | WrittenRecording)
+    if is_read and (units or columns):
         what = "units" if units else "columns"
         raise InputError(f"{what} are given for a recording, expected none: its are SI")
+    asked: dict[str, Any] = {"units": units, "columns": columns, "strict": strict}
+    config, loaded = pen_and_recording(recording, pen, axis=axis, **asked)
     return estimate_recording(
-        WrittenRecording(recording) if isinstance(recording, Recording) else recording,
+        loaded,
         config,
-        estimator=estimator,
+        estimator=estimator or usual_estimator(pen),
         settings=settings,
         sensors=sensors,
         thinning=thinning,
@@ -211,38 +216,3 @@ def estimate(
         on_lost=on_lost,
         truth=GivenTruth.of(truth, truth_offset_s, truth_frame),
     )
-
-
-def _true_rms(
-    model: StateSpaceModel, history: EstimateHistory, recording: Recording
-) -> dict[str, float | str]:
-    """Return RMS errors, not observable where a complete truth shows that no sensor sees them."""
-    truth = recording.truth
-    if truth is None:
-        return {}
-    known = known_columns(history.names, truth.names)
-    errors = state_errors(model, history, truth)
-    rms = root_mean_square(history.names, errors, known)
-    if np.isnan(truth.states(model.state_names, recording.time_s)).any():
-        return dict(rms)
-    return seen_only(model, rms, judge(model, recording))
-
-
-def _nis(model: StateSpaceModel, history: EstimateHistory) -> Consistency | None:
-    squared, rows = nis(history, model.measured_rows)
-    return consistency_of(squared, rows) if rows.any() else None
-
-
-def _nees(
-    model: StateSpaceModel, history: EstimateHistory, recording: Recording
-) -> Consistency | None:
-    truth = recording.truth
-    if truth is None or not _has_nees(model, recording):
-        return None
-    squared = nees(model, history, truth.states(model.state_names, history.time_s))
-    return None if np.isnan(squared).all() else consistency_of(squared, model.n_x)
-
-
-def _has_nees(model: StateSpaceModel, recording: Recording) -> bool:
-    """Whether the truth of every state is known."""
-    return recording.truth is not None and set(model.state_names) <= set(recording.truth.names)

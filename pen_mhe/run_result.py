@@ -17,6 +17,7 @@ from estimation.watch.words import watch_sentences
 from models.state_space import StateSpaceModel
 from pen_mhe.run_summary import RunSummary, bias_and_tilt, claimed_tilt
 from pen_mhe.truth.judged import JudgedByTruth
+from pen_mhe.unseen import output_table, unseen
 from recordings.finding import Finding
 from recordings.ink import InkMatch
 from recordings.thinning import LeftOutError
@@ -80,7 +81,7 @@ class EstimateRun:
         """Draw the tip's path, over the ink where there is a scan, angles and step times."""
         from pen_mhe.figures import estimate_figure  # slow to import
 
-        return estimate_figure(self.output, self.ink, truth=self.truth)
+        return estimate_figure(self.output, self.ink, truth=self.truth, unseen=self.unseen)
 
     @property
     def truth(self) -> Truth | None:
@@ -88,9 +89,17 @@ class EstimateRun:
         given = None if self.judged is None else self.judged.truth
         return self.used.truth if given is None else given
 
-    def table(self) -> pd.DataFrame:
-        """Return the output's table, with ``<name>_true`` and ``<name>_error`` of a given truth."""
-        table = self.output.to_pandas()
+    @property
+    def unseen(self) -> frozenset[str]:
+        """Of place and attitude, what no reading shows in most rows of `output`."""
+        return unseen(self.model, self.output)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the table of `output`, with what is not observable in each row.
+
+        Beside a given truth it has ``<name>_true`` and ``<name>_error`` too.
+        """
+        table = output_table(self.model, self.output)
         if self.judged is not None:
             for name, column in self.judged.columns().items():
                 table[name] = column
@@ -122,6 +131,7 @@ class EstimateRun:
             rows_without=self.rows_without,
             notes=self.notes,
             judged=() if self.judged is None else self.judged.said,
+            unseen=self.unseen,
             findings=self.findings,
             tilt_std_rad=claimed_tilt(history),
         )

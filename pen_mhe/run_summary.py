@@ -13,6 +13,7 @@ from estimation.information_bound import OBSERVABLE_FRACTION
 from estimation.status import Status
 from models.state_space import StateSpaceModel
 from pen_mhe.trust import Trust, trust_of
+from pen_mhe.unseen import COLUMN, unseen_words
 from recordings.finding import Finding, finding_lines
 from recordings.thinning import LeftOutError
 
@@ -35,6 +36,7 @@ class RunSummary:
     watch : what `estimation.watch.words.watch_sentences` says of the steps
     ink_mm : mean distance from the ink, where there is a scan
     judged : what `pen_mhe.truth.judged.JudgedByTruth` says of a truth from elsewhere
+    unseen : quantities that are not observable in most rows, see `pen_mhe.unseen`
     findings : of checks of the recording
     tilt_std_rad : of `claimed_tilt`
     """
@@ -61,6 +63,7 @@ class RunSummary:
     rows_without: int = 0
     notes: tuple[str, ...] = ()
     judged: tuple[str, ...] = ()
+    unseen: frozenset[str] = frozenset()
     findings: tuple[Finding, ...] = ()
     tilt_std_rad: float | None = None
 
@@ -89,8 +92,13 @@ class RunSummary:
         median, p99 = 1e3 * self.median_step_s, 1e3 * self.p99_step_s
         said.append(f"step time: median {median:.3g} ms, p99 {p99:.3g} ms")
         said += [*self._delay_sentences(), *self._lag_sentences(), *self._error_sentences()]
+        if self.unseen:
+            said.append(
+                f"not observable: {unseen_words(self.unseen)}; no reading shows more than was "
+                f"known before (column {COLUMN})"
+            )
         said += [*self.judged, *self.bias_and_tilt]
-        if self.ink_mm is not None:
+        if self.ink_mm is not None and np.isfinite(self.ink_mm):
             said.append(f"mean ink distance: {self.ink_mm:.4f} mm")
         return [*said, self.trust.sentence]
 

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
 
+from estimation.chi_square import quantile, upper_quantile
 from models.arrays import Array
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
@@ -73,7 +73,7 @@ def _limits(sensor: SensorModel) -> SensorLimits:
     weights = tuple(-math.expm1(-1 / (rate_hz * tau)) for tau in WINDOWS_S)
     *usual, peak = sensor.usual_innovations or _by_chance(sensor.n_r, weights)
     squared = tuple(
-        max(float(chi2.ppf(OUTLIER_PROBABILITY, n)), MARGIN * peak * n)
+        max(float(quantile(OUTLIER_PROBABILITY, n)), MARGIN * peak * n)
         for n in range(1, sensor.n_r + 1)
     )
     return SensorLimits(
@@ -90,9 +90,9 @@ def _limits(sensor: SensorModel) -> SensorLimits:
 def _by_chance(n: int, weights: tuple[float, ...]) -> tuple[float, ...]:
     """Return what white samples of n rows exceed with probability `CHANCE`, and `ALLOWANCE`."""
     of_mean, of_energy = ALLOWANCE
-    means = [of_mean * float(chi2.isf(CHANCE, n))] * len(weights)
+    means = [of_mean * float(upper_quantile(CHANCE, n))] * len(weights)
     samples = [(2 - a) / a * n for a in weights]
-    energies = (of_energy * float(chi2.isf(CHANCE, many)) / many for many in (*samples, n))
+    energies = (of_energy * float(upper_quantile(CHANCE, many)) / many for many in (*samples, n))
     return (*means, *energies)
 
 

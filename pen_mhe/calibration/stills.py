@@ -38,6 +38,8 @@ PLAUSIBLE = 20.0
 ABRUPT = 0.2
 """Mean square of successive differences over twice the variance: 1 for white noise, 0.5 and 0.3
 behind a pole at a tenth and a twentieth of the rate, 0.05 for a hand at a twentieth."""
+ROUNDING = 1e-6
+"""Of the noise in the pen file: what a mean of equal readings leaves."""
 MARGIN_S = 0.1
 """Left out at both ends of a stretch."""
 SHORTEST_S = 1.0
@@ -95,15 +97,25 @@ class Stills:
     turning: tuple[Still, ...]
 
 
-def find_stills(recordings: Sequence[Recording], sensors: Mapping[str, InertialSensor]) -> Stills:
+def find_stills(
+    recordings: Sequence[Recording],
+    sensors: Mapping[str, InertialSensor],
+    *,
+    quiet: float = QUIET,
+) -> Stills:
     """Return the still stretches of recordings that have all of some sensors.
+
+    Parameters
+    ----------
+    quiet : part of a recording's blocks that says how quiet an axis can be; smaller finds a short
+        rest in a long recording, and takes chance for quiet sooner
 
     Raises
     ------
     InputError
         If a recording is never quiet, or whatever is quiet moves slowly.
     """
-    candidates = [still for each in recordings for still in _quiet_stretches(each, sensors)]
+    candidates = [still for each in recordings for still in _quiet_stretches(each, sensors, quiet)]
     creeping = tuple(still for still in candidates if _creeps(still, sensors))
     rest = [still for still in candidates if still not in creeping]
     turning = tuple(still for still in rest if _turns(still, rest, sensors))
@@ -118,7 +130,9 @@ def find_stills(recordings: Sequence[Recording], sensors: Mapping[str, InertialS
     return Stills(kept, creeping, turning)
 
 
-def _quiet_stretches(recording: Recording, sensors: Mapping[str, InertialSensor]) -> list[Still]:
+def _quiet_stretches(
+    recording: Recording, sensors: Mapping[str, InertialSensor], quiet: float
+) -> list[Still]:
     """Return the stretches whose blocks are quiet, without margins.
 
     Raises
@@ -127,11 +141,11 @@ def _quiet_stretches(recording: Recording, sensors: Mapping[str, InertialSensor]
         If there are none.
     """
     start, step = recording.time_s[0], float(np.median(np.diff(recording.time_s)))
-    n = int((recording.time_s[-1] + step - start) / BLOCK_S + 1e-9)
+    n = max(int((recording.time_s[-1] + step - start) / BLOCK_S + 1e-9), 1)
     still = np.ones(n, dtype=bool)
     for name, sensor in sensors.items():
         times, values = _complete(recording, name)
-        still &= _quiet_blocks(recording.name, name, sensor, times - start, values, n)
+        still &= _quiet_blocks(recording.name, name, sensor, times - start, values, n, part=quiet)
     ends = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]]))).reshape(-1, 2)
     found = []
     for first, end in start + BLOCK_S * ends + [MARGIN_S, -MARGIN_S]:
@@ -153,7 +167,14 @@ def _complete(recording: Recording, sensor: str) -> tuple[Array, Array]:
 
 
 def _quiet_blocks(
-    recording: str, name: str, sensor: InertialSensor, since_s: Array, values: Array, n: int
+    recording: str,
+    name: str,
+    sensor: InertialSensor,
+    since_s: Array,
+    values: Array,
+    n: int,
+    *,
+    part: float,
 ) -> NDArray[np.bool_]:
     """Return which of n blocks are quiet (n,) by one sensor.
 
@@ -177,7 +198,10 @@ def _quiet_blocks(
         steps = np.mean(np.diff(here, axis=0) ** 2, axis=0) / 2
         is_fine = spread[i] < max(sensor.resolution, told / PLAUSIBLE)
         is_abrupt[i] = (is_fine | (steps >= ABRUPT * spread[i] ** 2)).all()
-    quiet = np.maximum(np.quantile(spread, QUIET, axis=0, method="lower"), told / PLAUSIBLE)
+    # Blocks that never change, of a sensor that is stuck, say nothing of how quiet others are.
+    is_alive = spread > told * ROUNDING
+    changing = np.where(is_alive | ~is_alive.any(axis=0), spread, np.inf)
+    quiet = np.maximum(np.quantile(changing, part, axis=0, method="lower"), told / PLAUSIBLE)
     loudest = int(np.argmax(quiet))
     if not quiet[loudest] <= PLAUSIBLE * told:
         said = f"spreads by {quiet[loudest]:.3g}" if np.isfinite(quiet[loudest]) else "has gaps"

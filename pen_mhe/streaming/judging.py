@@ -22,6 +22,7 @@ from pen_mhe.errors import (
 )
 from pen_mhe.run_summary import RunSummary, bias_and_tilt, claimed_tilt
 from pen_mhe.streaming.seen import SeenInParts
+from pen_mhe.unseen import UnseenInParts
 from recordings.left_out import LeftOutInParts
 from recordings.parts import RecordingPart
 
@@ -49,6 +50,7 @@ class Judging:
         self._left_out = LeftOutInParts(model, cameras[0]) if cameras else None
         self._nees = ConsistencyInParts()
         self._squared: dict[str, Mean] = {}
+        self._unseen = UnseenInParts(model)
         self._seen = SeenInParts(model, instants) if self.knows_states else None
 
     def read(self, part: RecordingPart) -> None:
@@ -71,6 +73,7 @@ class Judging:
         """Look at what the next steps tell of instants; see `pen_mhe.streaming.telling`."""
         if not len(told):
             return
+        self._unseen.add(told)
         if self._left_out is not None:
             self._left_out.take(told)
         if truth is None:
@@ -103,5 +106,6 @@ class Judging:
             bias_and_tilt=self._bias_and_tilt,
             tilt_std_rad=self._tilt_std_rad,
             watch=tuple(self._watch.sentences()),
+            unseen=self._unseen.result(),
             **facts,
         )

@@ -20,6 +20,7 @@ from models.pen_config import PenConfig
 from models.state_space import StateSpaceModel
 from pen_mhe.chosen_model import chosen_model
 from pen_mhe.estimators import DEFAULT_ESTIMATOR, create_estimator
+from pen_mhe.no_pen.rest_sensor import with_rest
 from pen_mhe.run_summary import RunSummary
 from pen_mhe.streaming.drawn import DrawnRows
 from pen_mhe.streaming.judging import Judging
@@ -27,6 +28,7 @@ from pen_mhe.streaming.plan import planned_as_arrived, planned_at_capture
 from pen_mhe.streaming.recent import Recent
 from pen_mhe.streaming.rows import stacked_parts
 from pen_mhe.streaming.survey import surveyed
+from pen_mhe.unseen import output_table
 from pen_mhe.watching import as_asked
 from recordings.formats.table_stream import TableStream
 from recordings.parts import KeptFrames, UsedParts
@@ -73,6 +75,8 @@ def estimate_stream(
     InputError
         If the recording is none, or something given makes no sense.
     """
+    first = next(iter(stream.parts()), None) if rest else None
+    pen, of_rest = (pen, ()) if first is None else with_rest(pen, first, sensors=sensors)
     model = chosen_model(
         pen, tuple(stream.header.sensors), sensors=sensors, writing_area=writing_area, rest=rest
     )
@@ -117,7 +121,7 @@ def estimate_stream(
             judging.step(history)
             judging.tell(told, recent.truth)
             if len(output):
-                write(_table(output, plan.tells_arrival))
+                write(_table(model, output, plan.tells_arrival))
             if drawn is not None:
                 drawn.tell(output)
             samples += len(output)
@@ -131,7 +135,7 @@ def estimate_stream(
         is_causal=causal,
         lag_samples=plan.lag,
         rows_without=survey.samples - samples,
-        notes=stream.notes,
+        notes=(*stream.notes, *of_rest),
         findings=survey.findings,
     )
 
@@ -141,9 +145,9 @@ def _kept_frames(model: StateSpaceModel, thinning: CameraThinning) -> KeptFrames
     return KeptFrames(camera, kept_of(camera, thinning), thinning.phase)
 
 
-def _table(output: EstimateHistory, tells_arrival: bool) -> pd.DataFrame:
+def _table(model: StateSpaceModel, output: EstimateHistory, tells_arrival: bool) -> pd.DataFrame:
     """Return a part of the output, with the arrivals that the whole of it has a column of."""
-    table = output.to_pandas()
+    table = output_table(model, output)
     if tells_arrival and "arrival_s" not in table.columns:
         table.insert(1, "arrival_s", output.arrival_s)
     return table

@@ -56,6 +56,7 @@ class RecordingFormat:
     tables : reads its tables; None for a format that is no table
     read : reads one of this project's own, or refuses it; None where it writes none such
     stream : opens one of this project's own to be read in parts; None for what is read whole
+    pen : bundled pen that all recordings of the format are of; None where they are of any
     """
 
     name: str
@@ -63,6 +64,7 @@ class RecordingFormat:
     tables: Parser | None = None
     read: Reader | None = None
     stream: Opener | None = None
+    pen: str | None = None
 
     def is_own(self, path: Path, pen: PenConfig, asked: Asked) -> bool:
         """Whether `read_own` is for a path: its columns' names are those of a pen's recording."""
@@ -112,7 +114,7 @@ def _ends_in(*suffixes: str) -> Callable[[Path], bool]:
 
 FORMATS: tuple[RecordingFormat, ...] = (
     RecordingFormat("a folder of tables", Path.is_dir, _read_folder),
-    RecordingFormat("a D-POINT folder", is_dpoint_folder, read=_load_dpoint),
+    RecordingFormat("a D-POINT folder", is_dpoint_folder, read=_load_dpoint, pen="dpoint"),
     RecordingFormat(".txt or .tsv", _ends_in(*TEXT_SUFFIXES), read_text_table),
     RecordingFormat(
         ".csv", lambda path: path.suffix == ".csv", read_text_table, _load_table, table_stream

@@ -82,7 +82,7 @@ def test_samples_older_than_another_sensors_have_no_row(recording: Recording) ->
         {"gyro": gyro, "accel": (accel[0][1::2] + 0.002, accel[1][1::2])},
         arrivals={"gyro": gyro[0] + 0.005},
     )
-    run = pm.estimate(given, sensors=SENSORS[:2], estimator="ekf", causal=True)
+    run = pm.estimate(given, "reference", sensors=SENSORS[:2], estimator="ekf", causal=True)
     wanted = gyro[0][np.isin(gyro[0], run.history.time_s)]
     np.testing.assert_array_equal(run.output.time_s, wanted)
     np.testing.assert_allclose(run.output.arrival_s - wanted, 0.005, rtol=0, atol=1e-9)

@@ -75,7 +75,9 @@ def test_the_command_writes_rows_of_that_lag(recording: Recording, tmp_path: Pat
     words += ["--estimator", "mhe-rti", "--horizon", str(HORIZON), "--lag-samples"]
     done = CliRunner().invoke(app, [*words, str(LAG)])
     assert done.exit_code == 0, done.stderr
-    table = pd.read_csv(output).fillna({"flagged": ""})  # nothing flagged is an empty cell
+    table = pd.read_csv(output).fillna(
+        {"flagged": "", "not_observable": ""}
+    )  # nothing is an empty cell
     samples = recording.sensor("accel")[0]
     np.testing.assert_allclose(
         table["time_s"], samples[np.isin(samples, recording.time_s[:-LAG])], atol=1e-12

@@ -36,7 +36,7 @@ def test_a_pen_may_be_given_by_name_by_path_or_as_it_is(recording: pm.Recording)
 
 
 def test_estimate_is_the_loop_and_its_judgement(recording: pm.Recording) -> None:
-    result = pm.estimate(recording, sensors=SENSORS, **QUICK)
+    result = pm.estimate(recording, "reference", sensors=SENSORS, **QUICK)
     model = pm.pen_model(pm.load_pen("reference"), SENSORS)
     by_hand = pm.run(pm.create_estimator("mhe-rti", model, horizon=3), recording)
     np.testing.assert_array_equal(result.history.mean, by_hand.mean)

@@ -66,7 +66,7 @@ def test_it_is_the_run_of_the_whole(tmp_path: Path, recorded: pd.DataFrame, case
     summary = estimate_file(path, PEN, output, estimator="ekf")
     whole = estimate_recording(read_written(path, PEN), PEN, estimator="ekf")
     expected = tmp_path / "whole.csv"
-    write_table(whole.output.to_pandas(), expected)
+    write_table(whole.to_pandas(), expected)
     found, table = (read_table(each).drop(columns="step_time_s") for each in (output, expected))
     pd.testing.assert_frame_equal(found, table, check_exact=True)
     assert any(said in note for note in summary.notes)

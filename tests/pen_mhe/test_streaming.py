@@ -71,7 +71,7 @@ def assert_same(path: Path, pen: PenConfig, **options: Any) -> None:
     summary = estimate_file(path, pen, output, **options)
     whole = estimate_recording(read_written(path, pen), pen, **options)
     expected = path.with_name(f"whole{path.suffix}")
-    write_table(whole.output.to_pandas(), expected)
+    write_table(whole.to_pandas(), expected)
     timed = ["step_time_s"]
     found, table = (read_table(each).drop(columns=timed) for each in (output, expected))
     pd.testing.assert_frame_equal(found, table, check_exact=True)

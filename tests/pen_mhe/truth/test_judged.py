@@ -44,7 +44,7 @@ def _judged(table: pd.DataFrame, folder: Path) -> JudgedByTruth:
 
 def test_an_estimate_is_the_same_with_a_truth_and_without() -> None:
     alone = pm.estimate(recording(), "reference", estimator="ekf").output.to_pandas()
-    shown = _run().table()[list(alone.columns)]
+    shown = _run().to_pandas()[list(alone.columns)]
     pd.testing.assert_frame_equal(
         shown.drop(columns="step_time_s"), alone.drop(columns="step_time_s"), check_exact=True
     )
@@ -91,7 +91,7 @@ def test_elevation_alone_is_all_that_is_judged(tmp_path: Path) -> None:
     assert judged.figures["elevation_deg"].rms == pytest.approx(_own("elevation_deg"), rel=0.25)
     assert list(judged.columns()) == ["elevation_rad_true", "elevation_rad_error"]
     run = replace(_run(), judged=judged)
-    assert list(run.table())[-2:] == ["elevation_rad_true", "elevation_rad_error"]
+    assert list(run.to_pandas())[-2:] == ["elevation_rad_true", "elevation_rad_error"]
     (panel,) = (a for a in run.plot().axes if a.get_ylabel().startswith("elevation"))
     assert "truth" in [line.get_label() for line in panel.lines]
 
@@ -104,7 +104,7 @@ def test_what_cannot_be_aligned_is_said_and_has_no_errors(tmp_path: Path) -> Non
     assert not judged.figures
     run = replace(_run(), judged=judged)
     assert any("no errors against it" in sentence for sentence in run.sentences())
-    assert not [column for column in run.table() if column.endswith("_error")]
+    assert not [column for column in run.to_pandas() if column.endswith("_error")]
 
 
 @pytest.mark.parametrize("name", ["truth.csv", "none.csv"])
