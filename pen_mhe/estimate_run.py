@@ -105,7 +105,7 @@ def estimate_recording(
     if causal:
         lag, given = causal_lags(estimator, given, used, fastest)
     built = as_asked(create_estimator(estimator, model, **given), watch, smooth, on_lost)
-    keeps = smooth or _hasnees_of(model, used)
+    keeps = smooth or has_nees(model, used)
     keeps |= track is not None and len(used.time_s) <= most("smoothed_rows")
     steps = len(used.as_arrived(model)[0]) if causal else len(used.time_s)
     on_progress = on_start(steps) if on_start else None

@@ -38,12 +38,12 @@ def nees_of(
 ) -> Consistency | None:
     """Return what the errors say of the claims, where the truth of every state is known."""
     truth = recording.truth
-    if truth is None or not _hasnees_of(model, recording):
+    if truth is None or not has_nees(model, recording):
         return None
     squared = nees(model, history, truth.states(model.state_names, history.time_s))
     return None if np.isnan(squared).all() else consistency_of(squared, model.n_x)
 
 
-def _hasnees_of(model: StateSpaceModel, recording: Recording) -> bool:
+def has_nees(model: StateSpaceModel, recording: Recording) -> bool:
     """Whether the truth of every state is known."""
     return recording.truth is not None and set(model.state_names) <= set(recording.truth.names)
