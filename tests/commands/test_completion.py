@@ -58,7 +58,7 @@ QUICK: dict[str, list[str]] = {
     "observe --pen nowhere --sensors ": [],
     "simulate --motion ": MOTIONS,
     "calibrate still --pen ": ["dpoint", "reference"],
-    "calibrate ": ["still", "camera"],
+    "calibrate ": ["still", "magnetometer", "camera"],
     "benchmark pen s": ["speed"],
     "estim": ["estimate"],
 }
