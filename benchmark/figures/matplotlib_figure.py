@@ -38,8 +38,6 @@ MARKED = 40
 """Points of a line that has a mark at each; a longer one has a few."""
 JAGGED = 6.0
 """Ranges that a line without dashes goes up and down in all."""
-SHORT_AXIS = 100.0
-"""Ratio of the ends of a logarithmic axis below which decades are too few to number it by."""
 
 
 def matplotlib_figure(
@@ -169,14 +167,17 @@ def _dress(axes: Axes, panel: Panel, shows_x: bool, theme: Theme) -> None:
 
 
 def _number_decades(axis: Axis) -> None:
-    """Write plain numbers on a logarithmic axis: at 1, 2, 5 where it is short, else at decades."""
+    """Write plain numbers on a logarithmic axis: at decades, at 1, 2 and 5, or wherever fit."""
     from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
     low, high = sorted(axis.get_view_interval())
-    is_short = low > 0 and high / low < SHORT_AXIS
-    locator = LogLocator(subs=(1.0, 2.0, 5.0) if is_short else (1.0,))
-    seen = [value for value in locator.tick_values(low, high) if low <= value <= high]
-    axis.set_major_locator(locator if len(seen) > 2 else MaxNLocator(4))
+    for parts in ((1.0,), (1.0, 2.0, 5.0)):
+        locator = LogLocator(subs=parts)
+        if sum(low <= value <= high for value in locator.tick_values(low, high)) > 2:
+            axis.set_major_locator(locator)
+            break
+    else:
+        axis.set_major_locator(MaxNLocator(4))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 
