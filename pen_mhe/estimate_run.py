@@ -21,7 +21,7 @@ from pen_mhe.no_pen.axis import AnyAxis
 from pen_mhe.no_pen.rest_sensor import with_rest
 from pen_mhe.no_pen.usual import usual_estimator
 from pen_mhe.no_pen.which import pen_and_recording
-from pen_mhe.run_figures import nees_of, nis_of, true_rms
+from pen_mhe.run_figures import has_nees, nees_of, nis_of, true_rms
 from pen_mhe.run_result import EstimateRun
 from pen_mhe.truth.given import GivenTruth, TruthSource
 from pen_mhe.truth.judged import judged_by

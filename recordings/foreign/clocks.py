@@ -11,7 +11,7 @@ import numpy as np
 from models.errors import InputError
 from models.shown_text import short
 from recordings.asked import Asked
-from recordings.foreign.groups import POSE, Group
+from recordings.foreign.group import POSE, Group
 from recordings.foreign.header_units import Unit
 from recordings.foreign.matching import Matched
 from recordings.foreign.repairs import MendedTimes, mended_times

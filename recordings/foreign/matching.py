@@ -16,7 +16,7 @@ from models.pen_config import PenConfig
 from models.units import STANDARD_GRAVITY_M_S2
 from recordings.foreign.column_names import ACCELEROMETER, GRAVITY, LINEAR
 from recordings.foreign.found_units import WITHIN, acceleration_unit
-from recordings.foreign.groups import Group
+from recordings.foreign.group import Group
 from recordings.foreign.header_units import words_of
 from recordings.foreign.pairing import paired
 from recordings.plausible_units import spread

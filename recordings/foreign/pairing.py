@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 
 from recordings.foreign.column_names import kind_of_words
-from recordings.foreign.groups import Group
+from recordings.foreign.group import Group
 from recordings.foreign.header_units import words_of
 
 _Fits = Callable[[str, Group], bool]

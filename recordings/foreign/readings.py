@@ -14,7 +14,7 @@ from models.pen_config import PenConfig
 from models.shown_text import short
 from models.units import TIME_DIGITS
 from recordings.foreign.clocks import Clock
-from recordings.foreign.groups import POSE_AXES, Group
+from recordings.foreign.group import POSE_AXES, Group
 from recordings.foreign.scales import Scale
 from recordings.foreign.told import Remarks
 from recordings.formats.columns import ARRIVAL, TRUTH_PREFIX, Column, expected_for, numbers

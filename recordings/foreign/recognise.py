@@ -13,8 +13,8 @@ from models.shown_text import one_line, short
 from recordings.asked import Asked
 from recordings.finding import Finding, Severity
 from recordings.foreign.clocks import Clock, clocks_of, is_rate, origin_of
+from recordings.foreign.group import Group
 from recordings.foreign.groups import (
-    Group,
     canonical_headers,
     groups_of,
     is_passed_on,

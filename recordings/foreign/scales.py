@@ -15,7 +15,7 @@ from models.shown_text import short
 from models.units import UNITS
 from recordings.foreign.clocks import Clock
 from recordings.foreign.found_units import acceleration_unit, field_unit, rate_unit
-from recordings.foreign.groups import POSE, TIP, Group
+from recordings.foreign.group import POSE, TIP, Group
 from recordings.foreign.header_units import KNOWN_UNITS, Unit
 from recordings.foreign.loggers import Logger
 from recordings.foreign.pairing import same_chip
