@@ -8,7 +8,6 @@ from typing import Annotated
 
 import typer
 
-from benchmark.console import console
 from commands.lists import completing
 from commands.option_groups import fields_group, grouped
 from commands.options import units as read_units
@@ -56,6 +55,8 @@ def check(
 
             check_output(table)
             write_table(found.table, table)
+        from benchmark.console import console
+
         console.print(found.text)
     if not found.is_meant:
         raise typer.Exit(ExitCode.NOT_MEANT)
