@@ -194,7 +194,8 @@ class Looked:
             time_s, rate = self.rates[pair.rate]
             turned = rate @ CANDIDATES[best].T + pair.fit.bias[best]
             force = self.forces[pair.force]
-            of_one = self.noise.get(pair.force, np.zeros(1)) ** 2
+            told = np.array([self.inertial[pair.force].sample_std])
+            of_one = self.noise.get(pair.force, told) ** 2
             fewer_by = len(self.signals[pair.force][0]) // len(force[0])
             noise = float(np.sqrt(of_one.mean() / fewer_by))
             lever = lever_of(*force, time_s, turned, noise_std=noise)
