@@ -11,8 +11,10 @@ from estimation.consistency import Consistency
 from estimation.status import Status
 from recordings.finding import Finding, not_meant
 
-FEWEST_SOLVED = 0.5
-"""Part of the steps that are solved below which there is no answer."""
+LIMITS = Status.ITERATION_LIMIT | Status.TIME_LIMIT
+"""What ended a solver that was on its way: its best point is an answer."""
+FEWEST_ANSWERED = 0.5
+"""Part of the steps with an answer below which the whole is none."""
 MOSTLY_SOLVED = 0.99
 FAR_OFF = 3.0
 """Times by which NIS differs from what is expected; the deviations, by the root of it."""
@@ -51,15 +53,16 @@ def trust_of(
     """
     wrong = not_meant(findings)
     if wrong:
-        reasons = "; ".join(f"{found.check} of {found.where}" for found in wrong)
+        reasons = "; ".join(f"{found.check}: {found.where}" for found in wrong)
         return Trust(False, f"trust: this answer cannot be meant ({reasons}); mend that first")
     steps = sum(statuses.values())
     solved = sum(n for status, n in statuses.items() if status.is_solved) / max(steps, 1)
-    if solved < FEWEST_SOLVED:
+    answered = sum(n for status, n in statuses.items() if (status & ~LIMITS).is_solved)
+    if answered < FEWEST_ANSWERED * steps:
         return Trust(
             False,
-            f"trust: this answer cannot be meant, {solved:.2%} of the steps are solved; see what "
-            "the others ended in, and what pen-mhe check says of recording and pen",
+            f"trust: this answer cannot be meant: {answered / steps:.2%} of the steps have one; "
+            "see what the others ended in, and what pen-mhe check says of recording and pen",
         )
     claimed = "" if tilt_std_rad is None else f" (elevation: {np.degrees(tilt_std_rad):.2g}°)"
     said = [f"trust: {_of_deviations(nis, claimed)}"]

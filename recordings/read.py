@@ -59,7 +59,24 @@ def read_recording(
                 raise InputError("several files of a model's readings, expected one table")
             return recording_from_model_table(read_table(Path(path)), pen, str(path))
     written = read_written(path, pen, units=units, columns=columns, strict=strict)
-    for sentence in written.checked(written.recording, as_pen(pen)).sentences():
+    return _said(written.checked(written.recording, as_pen(pen)))
+
+
+def read_noted(
+    path: RecordingPath, pen: AnyPen, *, units: Mapping[str, str] | None = None
+) -> Recording:
+    """Read a recording that is none of a pen in use: `read_recording` without its checks.
+
+    Raises
+    ------
+    InputError
+        If `read_written` refuses it.
+    """
+    return _said(read_written(path, pen, units=units))
+
+
+def _said(written: WrittenRecording) -> Recording:
+    for sentence in written.sentences():
         print(sentence, file=sys.stderr)
     return written.recording
 

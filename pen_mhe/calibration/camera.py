@@ -28,7 +28,7 @@ from pen_mhe.calibration.mounting import HEIGHT, OFFSET, MountingQuantity
 from pen_mhe.calibration.mounting_keys import new_values
 from pen_mhe.tuning.parameters import with_values
 from pen_mhe.tuning.pen_text import PenText
-from recordings.read import read_recording
+from recordings.read import read_recording, read_written
 
 PROBED = 1e-3
 """Change of a delay (s) and of a height (m) to see whether a recording's readings follow."""
@@ -155,7 +155,7 @@ def _followed(
     if path is None:
         return set()
     probe = new_values(pen, used, {OFFSET: np.array([-PROBED]), HEIGHT: np.array([PROBED])})
-    again = read_recording(path, with_values(pen, probe), units=units)
+    again = read_written(path, with_values(pen, probe), units=units).recording
 
     def differs(what: str) -> bool:
         name = next((n for n in used if getattr(pen.sensors[n], what)), None)

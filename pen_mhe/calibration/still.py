@@ -26,7 +26,7 @@ from pen_mhe.calibration.sensor_result import CalibratedSensor
 from pen_mhe.calibration.stills import Still, find_stills
 from pen_mhe.tuning.parameters import with_values
 from pen_mhe.tuning.pen_text import PenText
-from recordings.read import read_recording
+from recordings.read import read_noted
 
 DEFAULT_FIND = "misalignment"
 CLUSTER_S = 0.25
@@ -72,8 +72,7 @@ def calibrate_still(
     if not given:
         raise InputError("no recording is given, expected one at least")
     read = [
-        one if isinstance(one, Recording) else read_recording(one, config, units=units)
-        for one in given
+        one if isinstance(one, Recording) else read_noted(one, config, units=units) for one in given
     ]
     used = _inertial(config, read, sensors)
     stills = find_stills(read, used)

@@ -18,6 +18,8 @@ from recordings.checks.turns import GravityTurns
 
 BIAS_STD_RAD_S = np.radians(5.0)
 """Of a gyroscope's bias before it is known."""
+LARGEST_BIAS_RAD_S = np.radians(10.0)
+"""Per axis; a wrong way may not be explained by more."""
 HUBER = 1.5
 """Residuals beyond so many of the scale lose weight."""
 ROUNDS = 8
@@ -89,6 +91,7 @@ def fit_axes(turns: GravityTurns) -> AxesFit:
         Bty = np.einsum("kw,wca,kwc->ka", weight, B, missing, optimize=True)
         prior = np.eye(3) * (scale / BIAS_STD_RAD_S) ** 2
         bias = np.linalg.solve(BtB + prior, Bty[..., None])[..., 0]
+        bias = np.clip(bias, -LARGEST_BIAS_RAD_S, LARGEST_BIAS_RAD_S)
         residual = np.linalg.norm(missing - np.einsum("wca,ka->kwc", B, bias), axis=2)
         scale = max(LEAST_SCALE, float(np.median(residual, axis=1).min()))
         weight = 1 / np.maximum(residual / (HUBER * scale), 1.0)

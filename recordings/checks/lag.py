@@ -21,11 +21,11 @@ STEP_S = 0.02
 """Over which r is differentiated."""
 ROUNDS = 3
 LONGEST_S = 0.3
-LEAST_S, LEAST_STEPS = 0.015, 1.5
+LEAST_S, LEAST_STEPS = 0.015, 3.0
 """A lag is at least so long, and so many intervals of the slower sensor."""
 FEWEST = 6
 """Windows."""
-ERRORS = 5.0
+ERRORS = 6.0
 HUBER = 1.5
 
 

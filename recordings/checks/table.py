@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from recordings.checks.camera import check_camera
 from recordings.checks.clipping import check_clipping
 from recordings.checks.gaps import check_gaps
 from recordings.checks.handedness import check_handedness
@@ -92,6 +93,13 @@ CHECKS = (
         "Are accelerometer and gyroscope of one clock?",
         check_lag,
         ("time unit", "missing gravity", "units"),
+    ),
+    Check(
+        "camera",
+        "Does the camera see the pen stand and turn as its inertial sensors feel it?",
+        check_camera,
+        ("time unit", "missing gravity", "units", "clipping", "handedness", "mounting"),
+        of_pen=True,
     ),
 )
 """A check exists, for the command, the reader, estimates and the docs, with its row here."""

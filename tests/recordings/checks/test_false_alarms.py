@@ -21,7 +21,7 @@ from recordings.formats.imu_array import LARGEST_COUNT, RATE_PER_COUNT, ImuArray
 from recordings.read import read_written
 from recordings.simulate_pen import simulate
 
-SEEDS = range(5000, 5200)
+SEEDS = range(8000, 8200)
 QUICK = 4
 MOTIONS = ("handwriting", "turn", "handwriting", "loops", "handwriting", "upright", "yong", "still")
 CHOICES = (
