@@ -365,8 +365,20 @@ def test_a_touch_explains_a_term_and_shows_values(page: Any) -> None:
         x, y = page.execute_script(f"return {CENTRE}", plot)
         tap(page, x, y - 80)  # on the upper panel
         assert wait(page, "arguments[0].querySelector('.values')?.textContent", plot)
+
+
+def test_a_finger_zooms_where_it_is_asked_to(page: Any) -> None:
+    with phone(page, 390):
+        plot = drawn_plots(page)[0]
         button = page.find_element("css selector", ".zoom")
         assert button.is_displayed()
+        page.execute_script("arguments[0].click()", button)
+        x, y = page.execute_script(f"return {CENTRE}", plot)
+        before = page.execute_script(f"return {RANGES}", plot)
+        for kind, at in (("touchStart", -60), ("touchMove", 0), ("touchMove", 60), ("touchEnd", 0)):
+            points = [] if kind == "touchEnd" else [{"x": x + at, "y": y - 80}]
+            page.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        assert wait(page, f"String({RANGES}) !== String(arguments[1])", plot, before)
 
 
 def test_every_term_leads_to_its_meaning(page: Any) -> None:
