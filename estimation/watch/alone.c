@@ -63,7 +63,7 @@ static int is_livelier(const Statistics *s, const real *memory, const unsigned c
             if (share > most) most = share;
         }
         any = 1;
-        all = all && most > LIVELIER;
+        all = all && most > 1;
     }
     return (any && all) || (is_only_energy(s, memory, flagged) && energetic && all_busy);
 }
