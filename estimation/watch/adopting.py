@@ -76,7 +76,6 @@ class Adopting:
             blamed=tuple(blamed),
             quiet_s=t + QUIET_S,
             alarm_s=np.inf,
-            tried=0,
         )
 
     def with_repeats(self, memory: Array, state: WatchState) -> Array:

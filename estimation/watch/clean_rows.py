@@ -57,7 +57,7 @@ class CleanRows:
         newest_s = state.time_s
         return (
             newest_s is not None
-            and not (state.out or state.is_lost or state.is_unexplained or state.tried)
+            and not (state.out or state.is_lost or state.is_unexplained)
             and state.alarm_s == math.inf
             and newest_s >= state.calm_s
             and newest_s >= state.quiet_s

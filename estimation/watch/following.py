@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -87,7 +86,6 @@ class Following:
             for i in range(self._statistics.n_sensors)
             if t - state.freed_s[i] > FREED_AGAIN_S and not (begins and moves_more)
         ]
-        began, tried, longest_s = time.perf_counter(), 0, 0.0
         tiers = self._causes.tiers(
             state.left_out,
             state.level,
@@ -96,14 +94,6 @@ class Following:
             is_livelier=moves_more,
         )
         for tier in tiers:
-            tried += 1
-            if tried <= state.tried:
-                continue
-            spent_s = time.perf_counter() - began
-            if tried > state.tried + 1 and spent_s + longest_s > (
-                self._config.deadline_s or np.inf
-            ):
-                return replace(state, tried=tried - 1), estimate
             if any(each.is_sudden for each in tier):
                 found, is_over = self._sudden(state, t, tier, undropped)
                 if is_over is not None and not any(each.fits for each in found):
@@ -116,10 +106,9 @@ class Following:
             if fitting:
                 best = min(fitting, key=lambda each: each.score)
                 return self._adopting.adopted(state, t, best), best.estimate
-            longest_s = max(longest_s, time.perf_counter() - began - spent_s)
         is_alarm = max(scores) > 1
         return replace(
-            state, is_unexplained=is_alarm, quiet_s=t + QUIET_S, alarm_s=np.inf, tried=0
+            state, is_unexplained=is_alarm, quiet_s=t + QUIET_S, alarm_s=np.inf
         ), estimate
 
     def _sudden(

@@ -70,7 +70,7 @@ class LostAndFound:
             self._statistics.forget(memory, each.index)
         past = Past((Anchor(state.past.count, inner, t, begun),))
         return replace(
-            state, inner=inner, memory=memory, past=past, calm_s=t + CALM_S, alarm_s=np.inf, tried=0
+            state, inner=inner, memory=memory, past=past, calm_s=t + CALM_S, alarm_s=np.inf
         )
 
     def settled(

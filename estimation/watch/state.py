@@ -54,7 +54,6 @@ class WatchState:
     freed_s, doubted_s : (n_sensors,) when a bias was freed, until when a sensor is spoken of
     blamed : (n_sensors,) when each was last left out, and how long at least
     level_s : since when the level is what it is
-    tried : hypotheses of an alarm that its deadline has not let wait
     pending : `estimation.watch.in_time.Pending`, None where nothing waits for time
     """
 
@@ -76,7 +75,6 @@ class WatchState:
     quiet_s: float = -np.inf
     alarm_s: float = np.inf
     level_s: float = -np.inf
-    tried: int = 0
     pending: Any = None
 
     @property

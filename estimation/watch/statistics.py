@@ -32,7 +32,7 @@ Flat = list[float] | Array
 """What is remembered: a flat array, or the same numbers as a list, which Python reads faster."""
 
 LIVELIER = 0.5
-"""Share of the largest clean energy that all inertial sensors have where a body moves more."""
+"""Share of the usual energy of a sensor from which a sample counts as busy."""
 REPEATED = ("last", "before_last", "repeats", "repeated_s", "same")
 """Blocks that only readings change, not what was made of them."""
 
