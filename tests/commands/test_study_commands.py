@@ -92,8 +92,8 @@ def test_without_the_area_observe_says_that_nothing_holds_the_tip() -> None:
             "case calm is unknown, expected one of settled, moving, picked-up, handwriting",
         ),
         (
-            ("consistency", "--estimators", "ukf"),
-            "estimator ukf is unknown, expected one of ekf, mhe-ipopt",
+            ("consistency", "--estimators", "eks"),
+            "estimator eks is unknown, expected one of ekf, ukf, mhe-ipopt",
         ),
         (("consistency", "--sensors", "accel,radar"), "sensor radar is not in the pen D-POINT"),
         (("consistency", "--cases", ","), "',' has no name in it, expected"),

@@ -49,7 +49,7 @@ def test_tables_and_file_show_the_same_runs(tmp_path: Path) -> None:
     ("arguments", "sentence"),
     [
         (("--cases", "writing-20"), "case writing-20 is unknown, expected one of writing-0, "),
-        (("--estimators", "ukf"), "estimator ukf is unknown, expected one of ekf, "),
+        (("--estimators", "eks"), "estimator eks is unknown, expected one of ekf, "),
         (("--cases", ","), "',' has no name in it"),
     ],
 )
