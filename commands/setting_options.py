@@ -55,6 +55,9 @@ OPTIONS: Mapping[str, SettingOption] = MappingProxyType(
         "late_samples": SettingOption(
             help="Measurements back that a late one is taken at least; 0 takes none.", kind=int
         ),
+        "alpha": SettingOption(help="How far the points lie: alpha √n deviations."),
+        "beta": SettingOption(help="Beyond a covariance; 2 is right for a Gaussian."),
+        "kappa": SettingOption(help="A second way to say how far the points lie."),
         "horizon": SettingOption(help="Intervals in the window."),
         "arrival_cost": SettingOption(
             help="What is known of the window's first state.",

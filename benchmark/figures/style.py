@@ -30,7 +30,6 @@ NAMED: Mapping[str, Colour] = MappingProxyType(
     {
         TRUTH: Colour("#16191d", "#f4f5f6"),
         "ekf": Colour("#0a5fb4", "#6cb2f5"),
-        "ukf": Colour("#557a00", "#b2d84f"),
         "mhe-rti": Colour("#007a63", "#45d3b0"),
         "mhe": Colour("#c8420a", "#ff9655"),
         "mhe-sparse": Colour("#a1247d", "#f28bcd"),
@@ -38,6 +37,7 @@ NAMED: Mapping[str, Colour] = MappingProxyType(
         "fixed-weight": Colour("#8b6900", "#e3c34a"),
         "gyro-free": Colour("#00758c", "#4ecbe4"),
         "do-mpc": Colour("#5d6670", "#aab4bf"),
+        "ukf": Colour("#557a00", "#b2d84f"),
     }
 )
 """Line name → colour. Neighbours differ in lightness or hue also without red and green."""
@@ -93,6 +93,7 @@ MARKS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "drop": ("m0 4.6l4.2-7.2h-8.4z", "v"),
         "bar": ("m0-6v12", "|"),
         "hyphen": ("m-6 0h12", "_"),
+        "fork": ("m0 0v-6m0 6l5 4m-5-4l-5 4", "2"),
     }
 )
 """Mark → its outline about a point as an SVG path in pixels, and matplotlib's sign. Those of the

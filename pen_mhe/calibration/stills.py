@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -198,10 +199,12 @@ def _quiet_blocks(
         steps = np.mean(np.diff(here, axis=0) ** 2, axis=0) / 2
         is_fine = spread[i] < max(sensor.resolution, told / PLAUSIBLE)
         is_abrupt[i] = (is_fine | (steps >= ABRUPT * spread[i] ** 2)).all()
-    # Blocks that never change, of a sensor that is stuck, say nothing of how quiet others are.
-    is_alive = spread > told * ROUNDING
-    changing = np.where(is_alive | ~is_alive.any(axis=0), spread, np.inf)
-    quiet = np.maximum(np.quantile(changing, part, axis=0, method="lower"), told / PLAUSIBLE)
+    # Blocks that never change, of a sensor that is stuck, say nothing of how quiet others are;
+    # where no others are quiet they are the rest of a sensor without noise.
+    quietest = partial(np.quantile, q=part, axis=0, method="lower")
+    alive = quietest(np.where(spread > told * ROUNDING, spread, np.inf))
+    found = np.where(alive <= PLAUSIBLE * told, alive, quietest(spread))
+    quiet = np.maximum(found, told / PLAUSIBLE)
     loudest = int(np.argmax(quiet))
     if not quiet[loudest] <= PLAUSIBLE * told:
         said = f"spreads by {quiet[loudest]:.3g}" if np.isfinite(quiet[loudest]) else "has gaps"

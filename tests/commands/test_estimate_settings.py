@@ -22,6 +22,9 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 WRITTEN = {
     "gate_probability": "0.9",
     "late_samples": "7",
+    "alpha": "0.5",
+    "beta": "1.0",
+    "kappa": "2.0",
     "horizon": "3",
     "arrival_cost": "smoothed",
     "huber": "accel=2,gyro=3",
@@ -37,6 +40,9 @@ WRITTEN = {
 MEANT: dict[str, Any] = {
     "gate_probability": 0.9,
     "late_samples": 7,
+    "alpha": 0.5,
+    "beta": 1.0,
+    "kappa": 2.0,
     "horizon": 3,
     "arrival_cost": "smoothed",
     "huber": {"accel": 2.0, "gyro": 3.0},

@@ -128,11 +128,11 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "bounds in a list": (lambda: tank(bounds=[(0, 1)]), r"bounds are \[\(0, 1\)\], expected a ma"),
     "axes in a list": (
         lambda: tank(sensors={"float": OwnSensor(lambda x: x[0], ["h"], 0.1)}),
-        r"axes of sensor float are \['h'\], expected axis → unit",
+        r"sensor float: its axes are \['h'\], expected axis → unit",
     ),
     "a rate of zero": (
         lambda: tank(sensors={"float": OwnSensor(lambda x: x[0], {"h": "m"}, 0.1, 0.0)}),
-        "rate_hz of sensor float is 0.0, expected a positive number or None",
+        "sensor float: its rate_hz is 0.0, expected a positive number or None",
     ),
     "a transition without u": (
         lambda: tank(transition=lambda x, w, dt: x),

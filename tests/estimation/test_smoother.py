@@ -92,7 +92,7 @@ def test_what_makes_no_sense_is_refused(pen: tuple[StateSpaceModel, Recording]) 
         smoothed(model, short, run(Ekf(model), short))
     with pytest.raises(InputError, match="expected one estimate at each of its instants"):
         smoothed(model, recording, run(Ekf(model), short, covariances=True))
-    with pytest.raises(InputError, match="a filter's estimates and mhe is none, expected ekf"):
+    with pytest.raises(InputError, match="a filter's estimates and mhe-rti is none, expected ekf"):
         pm.estimate(short, sensors=["accel", "gyro", "camera"], smooth=True)
 
 

@@ -20,7 +20,7 @@ from models.errors import InputError
 from models.pen import pen_model
 from models.pen_config import PenConfig
 from models.pen_file import load_pen, parse_pen
-from pen_mhe.estimators import ESTIMATORS, create_estimator
+from pen_mhe.estimators import ESTIMATORS, create_estimator, settings_of
 from recordings.read import read_written
 from recordings.simulate_pen import simulate
 
@@ -41,7 +41,7 @@ def pen_with(**camera: Any) -> PenConfig:
 @pytest.mark.usefixtures("interpreted")
 def test_an_estimator_by_name_takes_what_the_sensors_say() -> None:
     model = pen_model(pen_with(huber=3.0, gate_probability=0.999), ["gyro", "camera"], rest=False)
-    for name in ESTIMATORS:
+    for name in (each for each in ESTIMATORS if "huber" in settings_of(each)):
         built: Any = create_estimator(name, model)
         assert built.config.huber == {"camera": 3.0}, name
     ekf: Any = create_estimator("ekf", model)

@@ -24,7 +24,7 @@ def _nothing_installed(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("_nothing_installed")
 def test_without_do_mpc_it_is_left_out_with_a_reason() -> None:
     assert {task.estimator for task in SUITE.tasks(Scope(1))} == {
-        "mhe-ipopt", "mhe", "mhe-rti", "ekf",
+        "mhe-ipopt", "ukf", "mhe", "mhe-rti", "ekf",
     }  # fmt: skip
     assert SUITE.missing(Scope()) == (
         "suite classics: do-mpc left out, not installed (pip install pen-mhe[peers])"

@@ -66,7 +66,14 @@ def test_the_slow_one_runs_on_all_of_a_hundred_seeds() -> None:
         return sum(t.estimator == REFERENCE for t in SUITE.tasks(Scope(n))) // len(PROBLEMS)
 
     assert (seeds(5), seeds(20), seeds(ALL_FROM)) == (1, 5, ALL_FROM)
-    assert [row.name for row in CONTENDERS] == ["mhe-ipopt", "do-mpc", "mhe", "mhe-rti", "ekf"]
+    assert [row.name for row in CONTENDERS] == [
+        "mhe-ipopt",
+        "do-mpc",
+        "ukf",
+        "mhe",
+        "mhe-rti",
+        "ekf",
+    ]
 
 
 @pytest.mark.skipif(shutil.which("git") is None, reason="no git")

@@ -82,7 +82,7 @@ def test_all_are_drawn_with_units_in_their_labels(whole: dict[str, Figure]) -> N
     assert list(whole) == KEYS
     for figure in whole.values():
         for panel in figure.panels:
-            assert " / " in panel.y_label
+            assert panel.y_label.endswith(")")
             assert len({line.name for line in panel.lines}) == len(panel.lines)
             for line in panel.lines:
                 assert len(line.x) == len(line.y) > 0

@@ -220,7 +220,7 @@ def test_series_are_of_seed_0_and_of_what_figures_show() -> None:
         for task in SUITE.tasks(ONE)
         if task.case in SHOWN or task.sensors in pen_run.SHOWN_SENSORS.get(task.case, {})
     ]
-    assert len(shown) == 2 * 3 * 4 + (4 + 2) * 3
+    assert len(shown) == 2 * 3 * 4 + (4 + 2) * 3 + 4
     stroke = example(EXAMPLES["stroke"])
     assert [series.quantity for series in stroke.series] == [
         *("tilt_phi", "tilt_phi_rate", "tilt_theta", "tilt_theta_rate")
