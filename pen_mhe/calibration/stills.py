@@ -199,8 +199,7 @@ def _quiet_blocks(
         steps = np.mean(np.diff(here, axis=0) ** 2, axis=0) / 2
         is_fine = spread[i] < max(sensor.resolution, told / PLAUSIBLE)
         is_abrupt[i] = (is_fine | (steps >= ABRUPT * spread[i] ** 2)).all()
-    # Blocks that never change, of a sensor that is stuck, say nothing of how quiet others are;
-    # where no others are quiet they are the rest of a sensor without noise.
+    # Blocks that never change are of a stuck sensor, or its rests where no other block is quiet.
     quietest = partial(np.quantile, q=part, axis=0, method="lower")
     alive = quietest(np.where(spread > told * ROUNDING, spread, np.inf))
     found = np.where(alive <= PLAUSIBLE * told, alive, quietest(spread))
