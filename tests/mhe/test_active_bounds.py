@@ -37,17 +37,8 @@ def check(rows: Sequence[BoundedRow]) -> None:
     assert len(others) <= MOST_OTHERS * len(rows), listed(others)
 
 
-FEW = "few"
-"""Rows active in a window: what is sought there is sought with many of them, too."""
-
-
-@pytest.mark.parametrize(
-    "placement",
-    [
-        pytest.param(placement, marks=pytest.mark.slow if placement == FEW else ())
-        for placement in PLACEMENTS
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("placement", PLACEMENTS)
 def test_the_optimum_with_active_rows(placement: str) -> None:
     rows = [compare(key) for key in QUICK if key.placement == placement]
     check(rows)

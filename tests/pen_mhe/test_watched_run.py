@@ -127,7 +127,7 @@ def test_what_makes_no_sense_together_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not DATA, reason="PEN_MHE_DATA is not set: no real recordings here")
 @pytest.mark.parametrize("pen", ["dpoint", "told nothing"])
-@pytest.mark.parametrize("sensors", [None, ["accel", "gyro"]])
+@pytest.mark.parametrize("sensors", [None, pytest.param(["accel", "gyro"], marks=pytest.mark.slow)])
 def test_a_real_pen_that_is_not_broken_is_left_alone(pen: str, sensors: list[str] | None) -> None:
     """What is usual was found on the first half; a pen told nothing of it is left alone too."""
     config = load_pen("dpoint")

@@ -68,7 +68,9 @@ def test_ekf_on_the_whole_recording(dpoint_folder: Path) -> None:
     assert run.zero_delay == ("camera",)
 
 
-@pytest.mark.parametrize("rate_hz", [pytest.param(30, marks=pytest.mark.slow), 10])
+@pytest.mark.parametrize(
+    "rate_hz", [pytest.param(30, marks=pytest.mark.slow), pytest.param(10, marks=pytest.mark.slow)]
+)
 def test_mhe_on_ten_seconds(dpoint_folder: Path, rate_hz: float) -> None:
     ekf = estimate(dpoint_folder, "ekf", rate_hz, 0, 10.0)
     mhe = estimate(dpoint_folder, "mhe", rate_hz, 0, 10.0)

@@ -58,6 +58,7 @@ def calibrated() -> tuple[CameraCalibration, Array]:
     return calibrate_camera(truth.recording, handwriting_pen()), truth.values
 
 
+@pytest.mark.slow
 def test_it_finds_what_is_wrong_with_a_pen(calibrated: tuple[CameraCalibration, Array]) -> None:
     result, truth = calibrated
     away = (result.whole.values - truth) / result.whole.std
@@ -67,6 +68,7 @@ def test_it_finds_what_is_wrong_with_a_pen(calibrated: tuple[CameraCalibration, 
     assert [score.rate_hz for score in result.scores] == pytest.approx([10.0, 5.0, 3.0])
 
 
+@pytest.mark.slow
 def test_its_pen_is_the_one_with_these_numbers(calibrated: tuple[CameraCalibration, Array]) -> None:
     result, _ = calibrated
     assert {p.key for p in result.values} <= {

@@ -316,6 +316,7 @@ def first_second(name: str, estimator: str, seed: int) -> BadStartRun:
     return run_bad_start(replace(CASES[name], duration_s=FIRST_S + 0.05), estimator, seed)
 
 
+@pytest.mark.slow
 def test_an_ekf_with_a_settled_first_update_forgets_a_bad_start_as_an_mhe_does() -> None:
     """30° or 60°: the same errors to a twentieth."""
     median = {

@@ -107,6 +107,7 @@ def test_the_ekf_is_consistent(case: str, degrees_of_freedom: int, seeds: range)
     check_many(runs)
 
 
+@SLOW
 def test_the_first_sample_of_a_moving_pen_is_a_matter_of_linearisation() -> None:
     """Of a pen at ω = ±1 rad/s, ω²r is 0.16 m/s²: an update that is linearised at rest has none.
 
@@ -132,7 +133,9 @@ def test_the_mhe_is_consistent_in_a_few_runs() -> None:
 
 
 @FEW_OR_MANY
-@pytest.mark.parametrize("case", [pytest.param("settled", marks=SLOW), "moving", "picked-up"])
+@pytest.mark.parametrize(
+    "case", [*(pytest.param(c, marks=SLOW) for c in ("settled", "moving")), "picked-up"]
+)
 def test_one_pass_is_consistent(case: str, seeds: range) -> None:
     check_many(runs_of(case, "mhe-rti", seeds))
 

@@ -100,6 +100,7 @@ def test_ipopt_runs_on_every_choice_of_sensors_and_few_seeds(seeds: int, of_ipop
     assert found <= beside
 
 
+@pytest.mark.slow
 def test_the_optimum_says_how_far_mhe_is_from_it() -> None:
     outcome = SUITE.run(Task(NAME, TABLE_WITH_IPOPT, "accel+gyro", "mhe-ipopt", 0), ONE)
     quantity = next(q for q in outcome.quantities if q.name == "distance from mhe")

@@ -107,7 +107,9 @@ def share_of_windows_with_several_active_stages(problem: Problem) -> float:
     return float(np.mean(np.array(stages) >= 2))
 
 
-@pytest.mark.parametrize(("key", "windows"), [("turntable_20", 20), ("pen15_20", 10)])
+@pytest.mark.parametrize(
+    ("key", "windows"), [("turntable_20", 20), pytest.param("pen15_20", 10, marks=pytest.mark.slow)]
+)
 def test_bounds_are_active_at_several_stages_of_most_windows(
     key: str, windows: int, interpreted: None
 ) -> None:
