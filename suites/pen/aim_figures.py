@@ -81,6 +81,7 @@ def _grown(results: Results, case: str, estimator: str, quantity: str) -> list[L
 def printed(results: Results) -> Figure:
     """Return (9) as printed beside the rigid body, estimator by estimator."""
     panels = []
+    places = ", ".join(f"{i} {name}" for i, (_, _, name) in enumerate(PLACES, start=1))
     for sensors, quantity, unit in (
         ("accel+gyro+camera", "tip", "mm"),
         ("accel+gyro+camera", "elevation", "deg"),
@@ -92,19 +93,18 @@ def printed(results: Results) -> Figure:
         panels.append(
             Panel(
                 f"{CONFIGURATIONS[sensors].label}: {quantity}",
-                "estimator",
+                places,
                 f"{quantity} RMSE ({unit})",
                 [line for line in lines if line is not None],
                 y_log=True,
             )
         )
-    places = ", ".join(f"{i} {name}" for i, (_, _, name) in enumerate(PLACES, start=1))
     return Figure(
         "pen-printed",
         "What the errors of (9) as printed cost",
         "A pen that cannot spin, sensors on its axis: the rigid body and (9) as printed, its axes "
-        "signed so that both agree at rest. Mean over the seeds, smallest and largest. Estimators: "
-        f"{places}; 1 and 2 over 4 s, the others over the {WITH_IPOPT_S:g} s that mhe-ipopt solves "
+        "signed so that both agree at rest. Mean over the seeds, smallest and largest. "
+        f"Estimators 1 and 2 over 4 s, the others over the {WITH_IPOPT_S:g} s that IPOPT solves "
         "too. On the turntable (9) is (12): its errors are in terms that (12) leaves out. Without "
         "a camera they do not show: the tip's free acceleration takes them up.",
         panels,

@@ -68,12 +68,11 @@ def test_ekf_on_the_whole_recording(dpoint_folder: Path) -> None:
     assert run.zero_delay == ("camera",)
 
 
-@pytest.mark.parametrize(
-    "rate_hz", [pytest.param(30, marks=pytest.mark.slow), pytest.param(10, marks=pytest.mark.slow)]
-)
-def test_mhe_on_ten_seconds(dpoint_folder: Path, rate_hz: float) -> None:
-    ekf = estimate(dpoint_folder, "ekf", rate_hz, 0, 10.0)
-    mhe = estimate(dpoint_folder, "mhe", rate_hz, 0, 10.0)
+@pytest.mark.slow
+def test_mhe_on_ten_seconds(dpoint_folder: Path) -> None:
+    """At 10 Hz; at 30 and 3 Hz ten seconds say less than the margin, see below for the whole."""
+    ekf = estimate(dpoint_folder, "ekf", 10, 0, 10.0)
+    mhe = estimate(dpoint_folder, "mhe", 10, 0, 10.0)
     assert mhe.history.solved_fraction >= 0.99
     # By least squares both: a bounded innovation (EKF) is not a bounded residual (MHE), and on
     # these ten seconds the first one is worth 0.006 mm. Over all phases and the whole recording
