@@ -10,7 +10,7 @@ import numpy as np
 
 from ekf_baseline.interpreted import FIRST, InterpretedFilter
 from ekf_baseline.outliers import OUTLIERS, gate_limits
-from ekf_baseline.state import EkfState, filter_memory, first_filter, kept_for
+from ekf_baseline.state import EkfState, check_late_samples, filter_memory, first_filter, kept_for
 from estimation.chosen import chosen
 from estimation.collect import Batches
 from estimation.engine import CompiledEngine, Loop
@@ -25,7 +25,6 @@ from estimation.settings import checked_config
 from estimation.stored import padded, stride
 from estimation.symbolic_stage import difference_function
 from models.arrays import Array
-from models.errors import InputError
 from models.given_prior import Prior
 from models.state_space import StateSpaceModel
 
@@ -60,8 +59,7 @@ class EkfConfig:
     huber: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.late_samples is not None and self.late_samples < 0:
-            raise InputError(f"late_samples is {self.late_samples}, expected 0 or more")
+        check_late_samples(self.late_samples)
         object.__setattr__(self, "gate_probability", checked_gates(self.gate_probability))
         object.__setattr__(self, "huber", checked_thresholds(self.huber))
 

@@ -124,9 +124,9 @@ class InterpretedFilter:
         seen, updates, gaussian = self._seen(own, update), 1, update.state
         if doubted or (seen != at.view(own, "seen")).any():
             gaussian, updates = self._settled(prior, y, update, used)
-        if not _is_finite(gaussian):
+        if not gaussian.is_finite:
             status |= Status.NOT_FINITE
-            gaussian = prior if _is_finite(prior) else state  # the last rung
+            gaussian = prior if prior.is_finite else state  # the last rung
             seen, doubt = at.view(own, "seen"), at.view(own, "doubt")
         at.view(own, "time_s")[...] = time_s
         at.view(own, "mean")[:] = gaussian.mean
@@ -195,7 +195,3 @@ class InterpretedFilter:
                 break
             state, updates = again.state, updates + 1
         return state, updates
-
-
-def _is_finite(gaussian: GaussianState) -> bool:
-    return bool(np.isfinite(gaussian.mean).all() and np.isfinite(gaussian.covariance).all())

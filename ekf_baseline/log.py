@@ -62,7 +62,7 @@ class Log:
             return None
         times = self.times[:count]
         for k in np.flatnonzero(times == time_s)[::-1]:
-            if self._may_join(self.rows[k], y):
+            if may_join(self._model, self.rows[k], y):
                 return int(k), self._joined(k, y)
         place = int(np.searchsorted(times, time_s, side="right"))
         known = np.isfinite(y[model.n_y :]) | np.isfinite(self.checkpoints[0][self._inputs])
@@ -80,15 +80,10 @@ class Log:
         self.steps[place + 1] = self.times[place + 1] - time_s
         return place, np.ones(model.n_r, dtype=bool)
 
-    def _may_join(self, row: Array, y: Array) -> bool:
-        both = ~np.isnan(row) & ~np.isnan(y)
-        n_y = self._model.n_y
-        return not (both[:n_y].any() or (both & (row != y))[n_y:].any())
-
     def _joined(self, k: int, y: Array) -> NDArray[np.bool_]:
         row = self.rows[k]
         before = rows_present(self._model, row)
-        row[:] = np.where(np.isnan(row), y, row)
+        row[:] = joined(row, y)
         return rows_present(self._model, row) & ~before
 
     def _forget(self) -> None:
@@ -103,3 +98,14 @@ class Log:
         for block in (self.times, self.steps, self.rows):
             block[first + by : end + by] = block[first:end].copy()
         self._count += by
+
+
+def may_join(model: StateSpaceModel, row: Array, y: Array) -> bool:
+    """Whether a late row (n_row,) brings only what its instant's has not, and the same inputs."""
+    both = ~np.isnan(row) & ~np.isnan(y)
+    return not (both[: model.n_y].any() or (both & (row != y))[model.n_y :].any())
+
+
+def joined(row: Array, y: Array) -> Array:
+    """Return a row with what a late one brings."""
+    return np.where(np.isnan(row), y, row)

@@ -12,6 +12,7 @@ from estimation.layout import Layout
 from estimation.rest import rest_blocks
 from estimation.stored import restored, store, stride
 from models.arrays import Array
+from models.errors import InputError
 from models.gaussian import GaussianState
 from models.given_prior import Prior
 from models.state_space import StateSpaceModel
@@ -88,6 +89,12 @@ class Kept:
     def checkpoints(self) -> int:
         """How many of the filter's own states."""
         return self.capacity // self.spacing
+
+
+def check_late_samples(late_samples: int | None) -> None:
+    """Raise `InputError` where a filter is asked to go back by less than nothing."""
+    if late_samples is not None and late_samples < 0:
+        raise InputError(f"late_samples is {late_samples}, expected 0 or more")
 
 
 def kept_for(model: StateSpaceModel, late_samples: int | None) -> Kept:

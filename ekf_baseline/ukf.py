@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ekf_baseline.sigma_points import SigmaPoints
-from ekf_baseline.state import kept_for
+from ekf_baseline.state import check_late_samples, kept_for
 from ekf_baseline.ukf_state import UkfState, gone_back
 from ekf_baseline.unscented import Spread, root
 from estimation.estimate import Estimate
@@ -59,8 +59,7 @@ class UkfConfig:
             raise InputError(f"beta is {self.beta}, expected alpha² = {self.alpha**2:g} or more")
         if not self.kappa >= 0:
             raise InputError(f"kappa is {self.kappa}, expected 0 or more")
-        if self.late_samples is not None and self.late_samples < 0:
-            raise InputError(f"late_samples is {self.late_samples}, expected 0 or more")
+        check_late_samples(self.late_samples)
 
 
 class Ukf:
@@ -128,11 +127,11 @@ class Ukf:
         rest, y = self._rest.step(state.rest, dt, y)
         ends = (inputs if known is None else known, inputs) if model.n_u else ()
         predicted, status = self._predicted(state.gaussian, dt, ends), Status.SOLVED
-        if not _is_finite(predicted):
+        if not predicted.is_finite:
             predicted, status = state.gaussian, Status.NOT_FINITE  # the last rung
         present = rows_present(model, y)
         gaussian, v, S = self._updated(predicted, without_gaps(y), present)
-        if not _is_finite(gaussian):
+        if not gaussian.is_finite:
             gaussian, status = predicted, Status.NOT_FINITE
         status |= remarks(model, gaussian, y, present)
         v = np.where(present, v, np.nan)
@@ -173,14 +172,10 @@ class Ukf:
 
     def _around(self, x: Array, delta: Array, factors: Array) -> GaussianState:
         """Return x ⊞ δ with the covariance A Aᵀ of x's tangent space taken to it."""
-        mean, P = self._points.retract(x, delta), factors @ factors.T
-        if not (np.isfinite(mean).all() and np.isfinite(P).all()):
-            return GaussianState(mean, P)
-        points = self._own.points(root(P))
-        apart = self._points.seen_from(mean, x, delta[:, None] + points)
+        found = GaussianState(self._points.retract(x, delta), factors @ factors.T)
+        if not found.is_finite:
+            return found
+        points = self._own.points(root(found.covariance))
+        apart = self._points.seen_from(found.mean, x, delta[:, None] + points)
         moved = np.sqrt(self._own.weight) * apart
-        return GaussianState(mean, moved @ moved.T)
-
-
-def _is_finite(state: GaussianState) -> bool:
-    return bool(np.isfinite(state.mean).all() and np.isfinite(state.covariance).all())
+        return GaussianState(found.mean, moved @ moved.T)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ekf_baseline.log import joined, may_join
 from estimation.recording import Measurement
 from models.arrays import Array
 from models.gaussian import GaussianState
@@ -48,8 +49,8 @@ def gone_back(
     first, at = bisect_left(times, late.time_s), bisect_right(times, late.time_s)
     for k in reversed(range(first, at)):
         there = state.past[k][1]
-        if _may_join(model, there.y, late.y):
-            both = replace(there, y=np.where(np.isnan(there.y), late.y, there.y))
+        if may_join(model, there.y, late.y):
+            both = replace(there, y=joined(there.y, late.y))
             return _from(state, k, both, k + 1)
     is_known = at > 0 or (
         len(times) > 0
@@ -64,8 +65,3 @@ def _from(
 ) -> tuple[UkfState, tuple[Measurement, ...]]:
     before = replace(state.past[place][0], past=state.past[:place])
     return before, (taken, *(measurement for _, measurement in state.past[following:]))
-
-
-def _may_join(model: StateSpaceModel, there: Array, late: Array) -> bool:
-    both = ~np.isnan(there) & ~np.isnan(late)
-    return not (both[: model.n_y].any() or (both & (there != late))[model.n_y :].any())

@@ -29,3 +29,8 @@ class GaussianState:
     def std(self) -> Array:
         """Standard deviations (n_x,)."""
         return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether all of it is numbers."""
+        return bool(np.isfinite(self.mean).all() and np.isfinite(self.covariance).all())

@@ -71,7 +71,6 @@ class Watched:
             replays = RememberedReplays(Replays(self.model, timed, statistics), timed, spending)
             longest_s = config.replay_s
             self._look = InTime(self._looked_at, replays, spending, longest_s=longest_s).look
-            config = replace(config, deadline_s=None)  # each replay keeps to it
         adopting = Adopting(replays, statistics, self._reach)
         causes = Causes(self.model, levels.count)
         self._clean = CleanRows(self.model, levels, statistics, self._reach, config.replay_s)

@@ -17,10 +17,15 @@ import numpy as np
 from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
-from models.names import several, unknown
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen, pen_name
 from pen_mhe.calibration.ellipsoid import ellipsoid
+from pen_mhe.calibration.given import (
+    as_written,
+    complete_readings,
+    recordings_of,
+    sensors_asked,
+)
 from pen_mhe.calibration.length import N_BIAS, PARAMETERS, fit_length
 from pen_mhe.calibration.magnetometer_result import (
     CalibratedMagnetometer,
@@ -62,17 +67,11 @@ def calibrate_magnetometer(
         If a name is unknown, or the turns are too few to tell the numbers apart.
     """
     config, text = as_pen(pen), PenText.of(pen)
-    given = [recordings] if isinstance(recordings, Recording | str | Path) else list(recordings)
-    if not given:
-        raise InputError("no recording is given, expected one at least")
-    read = [
-        one if isinstance(one, Recording) else read_recording(one, config, units=units)
-        for one in given
-    ]
-    found = {name: _calibrated(name, config, read) for name in _chosen(config, read, sensors)}
-    values = {p: value for each in found.values() for p, value in each.values().items()}
-    if text is not None:
-        values = {p: text.written(p, value) for p, value in values.items()}
+    read = recordings_of(recordings, lambda path: read_recording(path, config, units=units))
+    known = [name for name, s in config.sensors.items() if s.field_strength is not None]
+    names = sensors_asked(read, known, sensors, kind="magnetometer", example="a magnetometer")
+    found = {name: _calibrated(name, config, read) for name in names}
+    values = as_written((each.values() for each in found.values()), text)
     return MagnetometerCalibration(
         pen=with_values(config, values),
         sensors=found,
@@ -81,25 +80,6 @@ def calibrate_magnetometer(
         values=values,
         text=text,
     )
-
-
-def _chosen(
-    pen: PenConfig, recordings: Sequence[Recording], names: Sequence[str] | str | None
-) -> tuple[str, ...]:
-    known = [name for name, sensor in pen.sensors.items() if sensor.field_strength is not None]
-    if names is None:
-        names = [name for name in known if all(name in each.readings for each in recordings)]
-        if not names:
-            raise InputError(
-                f"recording {recordings[0].name} has no magnetometer to calibrate, expected one of "
-                f"{', '.join(known) or 'a magnetometer in the pen file'}"
-            )
-    for name in (names := several(names)):
-        if name not in known:
-            raise unknown("magnetometer", name, known)
-        for each in recordings:
-            each.sensor(name)
-    return names
 
 
 def _calibrated(
@@ -112,7 +92,7 @@ def _calibrated(
             "the field's strength"
         )
     order = np.argsort(sensor.axes)
-    series = [_complete(each, name)[1][:, order] for each in recordings]
+    series = [complete_readings(each, name)[1][:, order] for each in recordings]
     readings = np.concatenate(series)
     if len(readings) < FEWEST:
         raise InputError(
@@ -151,12 +131,6 @@ def _calibrated(
     )
 
 
-def _complete(recording: Recording, name: str) -> tuple[Array, Array]:
-    times, values = recording.sensor(name)
-    complete = ~np.isnan(values).any(axis=1)
-    return times[complete], values[complete]
-
-
 def _noise(series: Sequence[Array]) -> float:
     """Return the deviation of a reading's noise, by second differences: a steady turn has none."""
     steps = np.concatenate([np.diff(values, 2, axis=0) for values in series])
@@ -179,8 +153,8 @@ def _dip(
         for each in recordings:
             if other not in each.readings:
                 continue
-            times, read = _complete(each, other)
-            at, m = _complete(each, name)
+            times, read = complete_readings(each, other)
+            at, m = complete_readings(each, name)
             f = np.linalg.solve(
                 np.array(force.sensitivity), (read[:, np.argsort(force.axes)] - force.bias).T
             ).T

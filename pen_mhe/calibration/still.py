@@ -14,11 +14,12 @@ import numpy as np
 from estimation.recording import Recording
 from models.arrays import Array
 from models.errors import InputError
-from models.names import several, unknown
+from models.names import unknown
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen, pen_name
 from models.sensor_kinds.inertial import InertialSensor
 from pen_mhe.calibration.allan import NoiseLevels, allan_curve, has_library, noise_levels
+from pen_mhe.calibration.given import as_written, recordings_of, sensors_asked
 from pen_mhe.calibration.gravity import COUNTS, fit_gravity
 from pen_mhe.calibration.length import LengthFit
 from pen_mhe.calibration.rate import RateFit, fit_rate
@@ -69,12 +70,7 @@ def calibrate_still(
     if find not in COUNTS:
         raise unknown("find", find, COUNTS)
     config, text = as_pen(pen), PenText.of(pen)
-    given = [recordings] if isinstance(recordings, Recording | str | Path) else list(recordings)
-    if not given:
-        raise InputError("no recording is given, expected one at least")
-    read = [
-        one if isinstance(one, Recording) else read_noted(one, config, units=units) for one in given
-    ]
+    read = recordings_of(recordings, lambda path: read_noted(path, config, units=units))
     used = _inertial(config, read, sensors)
     stills = find_stills(read, used)
     found = {
@@ -88,9 +84,7 @@ def calibrate_still(
         )
         for name, sensor in used.items()
     }
-    values = {p: value for each in found.values() for p, value in each.values().items()}
-    if text is not None:
-        values = {p: text.written(p, value) for p, value in values.items()}
+    values = as_written((each.values() for each in found.values()), text)
     return StillCalibration(
         pen=with_values(config, values),
         find=find,
@@ -109,18 +103,9 @@ def _inertial(
 ) -> dict[str, InertialSensor]:
     """Return the sensors to calibrate, by name."""
     known = {name: s for name, s in pen.sensors.items() if isinstance(s, InertialSensor)}
-    if names is None:
-        names = [name for name in known if all(name in each.readings for each in recordings)]
-        if not names:
-            raise InputError(
-                f"recording {recordings[0].name} has no sensor to calibrate, expected one of "
-                f"{', '.join(known) or 'an accelerometer or gyroscope in the pen file'}"
-            )
-    for name in (names := several(names)):
-        if name not in known:
-            raise unknown("sensor", name, known)
-        for each in recordings:
-            each.sensor(name)
+    names = sensors_asked(
+        recordings, list(known), names, kind="sensor", example="an accelerometer or gyroscope"
+    )
     return {name: known[name] for name in names}
 
 

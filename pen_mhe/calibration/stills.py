@@ -23,6 +23,7 @@ from models.arrays import Array
 from models.errors import InputError
 from models.sensor_kinds.inertial import InertialSensor
 from models.units import readable_unit
+from pen_mhe.calibration.given import complete_readings
 
 BLOCK_S = 0.5
 """Longer blocks miss short stills, shorter ones know their spread less well."""
@@ -145,7 +146,7 @@ def _quiet_stretches(
     n = max(int((recording.time_s[-1] + step - start) / BLOCK_S + 1e-9), 1)
     still = np.ones(n, dtype=bool)
     for name, sensor in sensors.items():
-        times, values = _complete(recording, name)
+        times, values = complete_readings(recording, name)
         still &= _quiet_blocks(recording.name, name, sensor, times - start, values, n, part=quiet)
     ends = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]]))).reshape(-1, 2)
     found = []
@@ -159,12 +160,6 @@ def _quiet_stretches(
             f"the longest is {longest:g} s; expected the sensors held still"
         )
     return found
-
-
-def _complete(recording: Recording, sensor: str) -> tuple[Array, Array]:
-    times, values = recording.sensor(sensor)
-    complete = ~np.isnan(values).any(axis=1)
-    return times[complete], values[complete]
 
 
 def _quiet_blocks(
@@ -220,7 +215,7 @@ def _stretch(
 ) -> Still:
     readings, rates = {}, {}
     for name in sensors:
-        times, values = _complete(recording, name)
+        times, values = complete_readings(recording, name)
         inside = slice(*np.searchsorted(times, [start_s, stop_s]))
         readings[name] = values[inside]
         rates[name] = 1 / float(np.median(np.diff(times[inside])))

@@ -48,10 +48,7 @@ def acceleration_unit(values: Array) -> FoundUnit | None:
     ----------
     values : (n, 3) as they stand in the file
     """
-    norms = np.linalg.norm(values, axis=1)
-    norms = norms[np.isfinite(norms)]
-    median = float(np.median(norms)) if len(norms) else 0.0
-    if median <= 0:
+    if (median := _median_norm(values)) <= 0:
         return None
     why = f"the median of its norm is {median:.4g}"
     ranked = sorted(
@@ -77,10 +74,7 @@ def field_unit(values: Array, strength_ut: float) -> FoundUnit | None:
     ----------
     values : (n, 3) as they stand in the file
     """
-    norms = np.linalg.norm(values, axis=1)
-    norms = norms[np.isfinite(norms)]
-    median = float(np.median(norms)) if len(norms) else 0.0
-    if median <= 0:
+    if (median := _median_norm(values)) <= 0:
         return None
     off = {name: abs(math.log(median * KNOWN_UNITS[name].factor / strength_ut)) for name in FIELDS}
     best = min(off, key=lambda name: off[name])
@@ -123,3 +117,10 @@ def rate_unit(
     if force_unit in ("g", "mg"):
         return FoundUnit(KNOWN_UNITS["deg_s"], "assumed, as the accelerometer is in g")
     return FoundUnit(KNOWN_UNITS["rad_s"], "assumed")
+
+
+def _median_norm(values: Array) -> float:
+    """Return the median length of readings (n, 3); 0 without any."""
+    norms = np.linalg.norm(values, axis=1)
+    norms = norms[np.isfinite(norms)]
+    return float(np.median(norms)) if len(norms) else 0.0
