@@ -15,7 +15,7 @@ from commands.sentences import one_sentence
 from estimation.output_folder import RESULTS
 from models.errors import InputError
 from models.names import unknown
-from suites.table import MODULES, OWN_PEN
+from suites.table import MODULES, NAMED, OWN_PEN
 
 SPEED = "speed"
 """The suite that times solvers by itself, see `suites.speed.study`."""
@@ -28,14 +28,14 @@ DataOption = Annotated[
 
 def complete_suites(incomplete: str) -> list[str]:
     """Complete the name of a suite."""
-    return [name for name in (*MODULES, SPEED) if name.startswith(incomplete)]
+    return [name for name in (*NAMED, SPEED) if name.startswith(incomplete)]
 
 
 def benchmark(
     suites: Annotated[
         list[str] | None,
         typer.Argument(
-            help=f"{{suites}} (default: all of these), or {SPEED} alone.",
+            help=f"{{suites}} (default: all of these); {{suites_by_name}}; or {SPEED} alone.",
             autocompletion=complete_suites,
         ),
     ] = None,
@@ -54,6 +54,9 @@ def benchmark(
             help="Names with commas: run only these, of {estimators} and the suites' own.",
             autocompletion=completing_several("estimators"),
         ),
+    ] = None,
+    cases: Annotated[
+        str | None, typer.Option(help="Names with commas: run only these, of the suites' own.")
     ] = None,
     pen: Annotated[
         str | None,
@@ -92,8 +95,8 @@ def benchmark(
         for suite in chosen:
             if suite == SPEED:
                 raise InputError(f"suite {SPEED} among others, expected it alone: it needs quiet")
-            if suite not in MODULES:
-                raise unknown("suite", suite, (*MODULES, SPEED))
+            if suite not in NAMED:
+                raise unknown("suite", suite, (*NAMED, SPEED))
         if data is not None and not data.is_dir():
             raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
         from benchmark.runner.run import Workers  # tables and figures are slow to import
@@ -109,6 +112,7 @@ def benchmark(
             pen,
             motion or Scope.motion,
             None if recording is None else str(recording.resolve()),
+            names(cases),
         )
         if pen is not None:
             unique = [OWN_PEN]

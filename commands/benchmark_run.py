@@ -56,8 +56,9 @@ def run_benchmark(
     run = about(command, list(suites), scope.seeds)
     for name in suites:
         run |= find_suite(name).own(scope)
-    if scope.estimators is not None:
-        run["estimators"] = list(scope.estimators)
+    for field in ("estimators", "cases"):
+        if (asked := getattr(scope, field)) is not None:
+            run[field] = list(asked)
     run["sessions"] = _earlier_sessions(output, run["code"])
     started, clock = datetime.now(UTC), time.perf_counter()
     done, finished = 0, False

@@ -12,6 +12,7 @@ from typer.core import TyperGroup
 
 from commands.help_page import PageContext
 from commands.later import LATER, load, while_completing
+from commands.replaced import check_replaced
 from commands.sentences import EXIT_CODES, INTERRUPTED, ExitCode, one_sentence, say, usage_sentence
 from models.errors import InputError
 from models.names import unknown
@@ -95,6 +96,11 @@ class Commands(Siblings):
         """Run the command that was named."""
         with one_sentence():
             return super().invoke(ctx)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command that was named, or say which one does its work now."""
+        check_replaced(args[0])
+        return super().resolve_command(ctx, args)
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of the commands, in the order of the help."""

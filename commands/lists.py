@@ -14,7 +14,7 @@ import typer
 
 from models.bundled import bundled_pens, sensor_names
 from recordings.motion_list import motion_names
-from suites.table import MODULES
+from suites.table import BY_NAME, MODULES
 
 
 def _estimators() -> Iterable[str]:
@@ -80,6 +80,7 @@ LISTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
         "exportable": _exportable,
         "default_export": _default_export,
         "suites": lambda: MODULES,
+        "suites_by_name": lambda: BY_NAME,
         "stamps": _stamps,
         "finds": _finds,
         "consistency_cases": _consistency_cases,

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from benchmark.runner import identity
+from benchmark.runner.about import timing_identity
 from benchmark.runner.run import TaskFunction, Workers, run_tasks
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Outcome, Task, failed
@@ -34,22 +35,30 @@ def chosen_tasks(suites: Sequence[str], scope: Scope) -> list[Task]:
     Raises
     ------
     InputError
-        If an estimator of the scope runs in none of the suites.
+        If an estimator or a case of the scope is in none of the suites.
     """
     tasks = [task for name in suites for task in find_suite(name).tasks(scope)]
-    if scope.estimators is None:
-        return tasks
-    known = sorted({task.estimator for task in tasks})
-    for name in scope.estimators:
-        if name not in known:
-            raise unknown("estimator", name, known)
-    return [task for task in tasks if task.estimator in scope.estimators]
+    for field, asked in (("estimator", scope.estimators), ("case", scope.cases)):
+        if asked is None:
+            continue
+        known = sorted({getattr(task, field) for task in tasks})
+        for name in asked:
+            if name not in known:
+                raise unknown(field, name, known)
+        tasks = [task for task in tasks if getattr(task, field) in asked]
+    return tasks
+
+
+def is_timed(task: Task) -> bool:
+    """Return whether a task measures times."""
+    return find_suite(task.suite).is_timed
 
 
 def task_identity(task: Task, scope: Scope) -> str:
     """Return what a finished task must have been run with to count as finished."""
     suite = find_suite(task.suite)
-    of_code = identity.task_identity(suite.reads(task), scope)
+    depends_on = timing_identity if suite.is_timed else identity.task_identity
+    of_code = depends_on(suite.reads(task), scope)
     own = suite.made_of(scope)
     return f"{of_code}-{own}" if own else of_code
 
@@ -63,4 +72,6 @@ def run_suites(
     function: TaskFunction = execute,
 ) -> int:
     """Run tasks of suites that are not finished; see `benchmark.runner.run.run_tasks`."""
-    return run_tasks(tasks, scope, workers, folder, on_start, function, task_identity)
+    return run_tasks(
+        tasks, scope, workers, folder, on_start, function, task_identity, is_timed=is_timed
+    )

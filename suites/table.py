@@ -1,4 +1,4 @@
-"""The table of suites. A suite exists for runner, report and command line with its row here."""
+"""The tables of suites. One exists for runner, report and command line with its row here."""
 
 from __future__ import annotations
 
@@ -23,19 +23,24 @@ MODULES: Mapping[str, str] = MappingProxyType(
         "real": "suites.real.suite",
     }
 )
-"""Suite → module that has it as `SUITE`."""
+"""Suite → module that has it as `SUITE`: what runs where no suite is named."""
 
+BY_NAME: Mapping[str, str] = MappingProxyType({})
+"""Suites that run only where they are named: they take longer, or ask about the estimators."""
 
 OWN_PEN = "own-pen"
 ASKED_FOR: Mapping[str, str] = MappingProxyType({OWN_PEN: "suites.own_pen.suite"})
 """Suites about something of one's own, which run only where it is given."""
 
+NAMED: Mapping[str, str] = MappingProxyType({**MODULES, **BY_NAME})
+"""Every suite that a run can name."""
+
 
 @cache
 def find_suite(name: str) -> Suite:
     """Return a suite by name; raises `InputError` for an unknown one."""
-    modules = {**MODULES, **ASKED_FOR}
+    modules = {**NAMED, **ASKED_FOR}
     if name not in modules:
-        raise unknown("suite", name, MODULES)
+        raise unknown("suite", name, NAMED)
     suite: Suite = import_module(modules[name]).SUITE
     return suite

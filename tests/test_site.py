@@ -12,7 +12,7 @@ import pytest
 
 import pen_mhe as pm
 from suites.studies import STUDIES
-from suites.table import ASKED_FOR, MODULES
+from suites.table import ASKED_FOR, NAMED
 from tests.pages import BLOCK, PAGES, ROOT, SITE, blocks
 
 DOCS = ROOT / "docs"
@@ -81,7 +81,7 @@ def test_notebooks_begin_with_first_light() -> None:
     assert order == sorted(order, key=lambda name: (name != "first_light", name))
 
 
-@pytest.mark.parametrize("name", [*MODULES, *ASKED_FOR, *STUDIES])
+@pytest.mark.parametrize("name", [*NAMED, *ASKED_FOR, *STUDIES])
 def test_every_suite_and_study_has_a_page(name: str) -> None:
     page = DOCS / "suites" / f"{name}.md"
     assert page.is_file(), f"docs/suites/{name}.md is missing"

@@ -228,8 +228,9 @@ def _command(suite: Suite, results: Results, run: Mapping[str, Any]) -> str:
         words += ["--seeds", str(run["seeds"])]
     elif len(results.rows):
         words += ["--seeds", str(int(np.max(results.rows["seed"])) + 1)]
-    if estimators := run.get("estimators"):
-        words += ["--estimators", ",".join(map(str, estimators))]
+    for field in ("estimators", "cases"):
+        if asked := run.get(field):
+            words += [f"--{field}", ",".join(map(str, asked))]
     if len(results.rows):
         suite_name, case, sensors, estimator, seed = results.rows[list(TASK_COLUMNS)].iloc[0]
         if suite.reads(Task(suite_name, case, sensors, estimator, int(seed))):

@@ -108,7 +108,7 @@ def read_about(folder: Path) -> dict[str, Any]:
 
 _ENTRIES: Mapping[str, tuple[type, type | None]] = {
     **dict.fromkeys(("command", "again", "answer_is_about", "code"), (str, None)),
-    **dict.fromkeys(("suites", "estimators"), (list, str)),
+    **dict.fromkeys(("suites", "estimators", "cases"), (list, str)),
     **dict.fromkeys(("versions", "machine", "git"), (dict, str)),
     "seeds": (int, None),
     "sessions": (list, dict),

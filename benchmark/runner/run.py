@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Protocol
 
@@ -12,6 +13,7 @@ from benchmark.runner.cluster import run_on_cluster
 from benchmark.runner.interrupts import undisturbed
 from benchmark.runner.outcome_lines import outcome_journal
 from benchmark.runner.processes import run_here, run_in_processes
+from benchmark.runner.single_thread import is_single_threaded, single_threaded_children
 from benchmark.runner.tables import write_tables
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Outcome, Task, failed
@@ -51,6 +53,17 @@ class Workers:
         return run_in_processes(function, tasks, self.jobs, row=_row, died=failed)
 
 
+def run_alone(
+    function: Callable[[Task], Outcome], tasks: Sequence[Task]
+) -> Iterator[tuple[Task, Outcome]]:
+    """Yield each task with its outcome: one after the other, in one process without threads."""
+    if is_single_threaded():
+        yield from run_here(function, tasks)
+    elif tasks:
+        with single_threaded_children():
+            yield from run_in_processes(function, tasks, 1, row=_row, died=failed)
+
+
 def _row(task: Task) -> tuple[str, ...]:
     return task.suite, task.case, task.sensors, task.estimator
 
@@ -63,8 +76,12 @@ def run_tasks(
     on_start: Callable[[int], Callable[[int], None]],
     function: TaskFunction,
     identity: Callable[[Task, Scope], str],
+    *,
+    is_timed: Callable[[Task], bool] = lambda task: False,
 ) -> int:
     """Run the tasks that a folder's journal has not, then write the tables of all.
+
+    Those that measure times run when all others are finished: nothing runs beside them.
 
     Parameters
     ----------
@@ -74,6 +91,7 @@ def run_tasks(
         tasks that have just finished
     function : runs one task
     identity : what a finished task must have been run with to count as finished
+    is_timed : whether a task measures times
 
     Returns
     -------
@@ -83,7 +101,10 @@ def run_tasks(
     with outcome_journal(folder) as journal:
         todo = [task for task in tasks if not journal.has(task, made_with[task])]
         advance = on_start(len(todo))
-        for task, outcome in workers.run(partial(function, scope=scope), todo):
+        run_one = partial(function, scope=scope)
+        quick = [task for task in todo if not is_timed(task)]
+        timed = [task for task in todo if is_timed(task)]
+        for task, outcome in chain(workers.run(run_one, quick), run_alone(run_one, timed)):
             with undisturbed():
                 journal.append(task, made_with[task], outcome)
                 advance(1)

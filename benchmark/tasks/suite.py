@@ -20,7 +20,7 @@ class Scope:
     ----------
     seeds : number of seeds of every case
     data : folder with recordings, as text; None where there is none
-    estimators : the only ones that run; None runs all
+    estimators, cases : the only ones that run; None runs all
     pen : pen file of one's own, or the name of a bundled one
     motion : that the pen is simulated along
     recording : path of one of that pen, instead of simulated ones
@@ -32,6 +32,7 @@ class Scope:
     pen: str | None = None
     motion: str = "handwriting"
     recording: str | None = None
+    cases: tuple[str, ...] | None = None
 
     @property
     def few_seeds(self) -> int:
@@ -56,6 +57,7 @@ class Suite:
     own : what the report must know of a scope beside its tasks, for ``run.json``
     made_of : what else results depend on within a scope: a hash; empty where nothing
     reads : the folder within `Scope.data` that a task reads; empty where it reads none
+    is_timed : whether its figures are times: its tasks run after all others, one at a time
     """
 
     name: str
@@ -70,3 +72,4 @@ class Suite:
     own: Callable[[Scope], Mapping[str, Any]] = lambda _: {}
     made_of: Callable[[Scope], str] = lambda _: ""
     tables: Callable[[Results], Sequence[Table]] = lambda _: ()
+    is_timed: bool = False

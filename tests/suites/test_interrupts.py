@@ -22,7 +22,7 @@ from commands.sentences import ExitCode
 from commands.study_commands import COMMANDS
 from pen_mhe.rooms import ROOT
 from suites.studies import STUDIES
-from suites.table import MODULES
+from suites.table import NAMED
 from tests.suites import small_runs
 from tests.suites.small_runs import SmallRun
 
@@ -53,7 +53,7 @@ def cases() -> list[Any]:
 
 
 def test_every_suite_and_study_has_a_small_run() -> None:
-    assert set(SMALL) == {*MODULES, *STUDIES}
+    assert set(SMALL) == {*NAMED, *STUDIES}
     assert {*STUDIES} - {SPEED} <= set(COMMANDS)
 
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from benchmark.runner.run import Workers, run_tasks
+from benchmark.runner import run as run_module
+from benchmark.runner.run import Workers, run_alone, run_tasks
+from benchmark.runner.single_thread import SINGLE_THREADED
 from benchmark.runner.tables import read_tables
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import FAILED, OK, Outcome, Quantity, Task, failed
+from models.errors import InputError
 from suites import execute as execute_module
 from suites.execute import chosen_tasks, execute
-from tests.benchmark.runner.workload import tasks
+from tests.benchmark.runner.workload import tasks, threads
 
 SCOPE = Scope()
 
@@ -97,6 +101,34 @@ def test_whatever_breaks_off_is_a_reason(
     assert (row["status"], row["reason"]) == (FAILED, reason)
 
 
+def test_what_measures_times_runs_when_the_others_are_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_module, "is_single_threaded", lambda: True)  # so in this process
+    function = Runs()
+    run_tasks(
+        tasks(5),
+        SCOPE,
+        Workers(1),
+        tmp_path,
+        lambda _: lambda _: None,
+        function,
+        lambda *_: "code",
+        is_timed=lambda task: task.seed in {0, 2},
+    )
+    assert function.seeds == [1, 3, 4, 0, 2]
+
+
+def test_what_measures_times_starts_no_threads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in SINGLE_THREADED:
+        monkeypatch.delenv(name, raising=False)
+    found = dict(run_alone(threads, tasks(2)))
+    assert {outcome.reason for outcome in found.values()} == {repr(dict(SINGLE_THREADED))}
+    assert not any(name in os.environ for name in SINGLE_THREADED)
+
+
 def test_an_unknown_suite_is_a_failed_task() -> None:
     assert execute(Task("nowhere", "", "", "", 0), SCOPE).reason.startswith(
         "InputError: suite nowhere is unknown, expected one of"
@@ -106,6 +138,15 @@ def test_an_unknown_suite_is_a_failed_task() -> None:
 def test_chosen_suites_in_their_order() -> None:
     found = chosen_tasks(["tilt", "real", "pen"], Scope(seeds=1))
     assert list(dict.fromkeys(task.suite for task in found)) == ["tilt", "pen"]
+
+
+def test_chosen_cases() -> None:
+    all_of_it = chosen_tasks(["tilt"], Scope(seeds=1))
+    case = all_of_it[0].case
+    found = chosen_tasks(["tilt"], Scope(seeds=1, cases=(case,)))
+    assert found == [task for task in all_of_it if task.case == case] != all_of_it
+    with pytest.raises(InputError, match="case nowhere is unknown, expected one of"):
+        chosen_tasks(["tilt"], Scope(seeds=1, cases=(case, "nowhere")))
 
 
 def test_workers_in_words() -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmark.runner.single_thread import SINGLE_THREADED
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Outcome, Quantity, Series, Task
 
@@ -79,3 +80,9 @@ def processes_of(folder: Path) -> set[int]:
 def pids(outcomes: Sequence[Outcome]) -> set[int]:
     """Return the processes that ran `process_id`."""
     return {int(q.bias) for outcome in outcomes for q in outcome.quantities if q.name == PID}
+
+
+def threads(task: Task) -> Outcome:
+    """What this process' environment says of threads, as the reason."""
+    told = {name: os.environ.get(name) for name in SINGLE_THREADED}
+    return Outcome("", (), 1, 1.0, 0.0, 0.0, reason=repr(told))

@@ -9,7 +9,7 @@ import pytest
 from benchmark.report.sentences import notes
 from benchmark.verdicts.claims import load_claims
 from models.errors import InputError
-from suites.table import MODULES, find_suite
+from suites.table import NAMED, find_suite
 
 GOOD = """
 [[claim]]
@@ -88,7 +88,7 @@ def test_an_id_stands_once(tmp_path: Path) -> None:
         load_claims(path)
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize("name", NAMED)
 def test_every_suite_has_claims_of_its_own(name: str) -> None:
     claims = load_claims(find_suite(name).claims)
     assert claims
