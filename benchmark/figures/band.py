@@ -1,4 +1,4 @@
-"""What surrounds a line: the band of ±2 standard deviations, and error bars."""
+"""What surrounds a line: a band, of ±2 standard deviations or its own, and error bars."""
 
 from __future__ import annotations
 
@@ -38,11 +38,14 @@ class Band:
 
 
 def band(line: Line, y_log: bool = False) -> Band | None:
-    """Return the ±2σ band of a line; None where it has no standard deviation."""
-    if line.std is None:
+    """Return the band of a line, ±2σ unless it has its own; None where it has neither."""
+    x, y = (np.asarray(values, dtype=float) for values in (line.x, line.y))
+    if line.band is not None:
+        low, high = (np.asarray(end, dtype=float) for end in line.band)
+    elif line.std is not None:
+        low, high = (y + sign * SIGMAS * np.asarray(line.std, dtype=float) for sign in (-1, 1))
+    else:
         return None
-    x, y, std = (np.asarray(values, dtype=float) for values in (line.x, line.y, line.std))
-    low, high = y - SIGMAS * std, y + SIGMAS * std
     if y_log:
         low = np.where(low > 0, low, LOG_FLOOR * y)
     return Band(x, low, high)

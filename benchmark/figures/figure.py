@@ -22,6 +22,7 @@ class Line:
     std : (n,) standard deviation; ±2 of it are drawn as a band. None draws none
     low, high : (n,) ends of an interval, drawn as error bars; None draws none
     style : points are not joined
+    band : lower and upper end (n,) of a band, in place of that of `std`
     """
 
     name: str
@@ -31,6 +32,7 @@ class Line:
     low: Array | None = None
     high: Array | None = None
     style: Style = "line"
+    band: tuple[Array, Array] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,5 +25,6 @@ def _line(line: Line) -> str:
     seen = y[np.isfinite(y)]
     if not len(seen):
         return f"{line.name}: no values"
-    around = ", with a band of two standard deviations" if line.std is not None else ""
+    of_std = "" if line.std is None else ", with a band of two standard deviations"
+    around = of_std if line.band is None else ", with a band"
     return f"{line.name}: {number(seen.min())} to {number(seen.max())}{around}"

@@ -11,6 +11,7 @@ from importlib import resources
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from benchmark.figures.band import band
 from benchmark.figures.chart import chart
 from benchmark.figures.figure import Figure
 from benchmark.figures.style import FILLED, MARKS, PAGE, Colour, Theme, colours_of, stroke_of
@@ -96,7 +97,7 @@ def _legend(figure: Figure, looks: Mapping[str, Look]) -> list[Look]:
     found: dict[str, Look] = {}
     for line in (line for panel in figure.panels for line in panel.lines):
         first = found.get(line.name, looks[line.name] | {"style": line.style, "band": False})
-        found[line.name] = first | {"band": first["band"] or line.std is not None}
+        found[line.name] = first | {"band": first["band"] or band(line) is not None}
     return list(found.values())
 
 

@@ -112,6 +112,16 @@ def test_band_is_two_sigma_and_stops_at_gaps() -> None:
     assert [part.x.tolist() for part in found.stretches()] == [[0.0, 1.0], [3.0]]
 
 
+def test_a_band_of_its_own_takes_the_place_of_two_sigma() -> None:
+    y = np.array([1.0, 2.0])
+    line = Line("ekf", y, y, std=y, band=(y - 0.5, y + 3.0))
+    found = band(line)
+    assert found is not None
+    np.testing.assert_array_equal([found.low, found.high], [[0.5, 1.5], [4.0, 5.0]])
+    (panel,) = chart(figure(line))["panels"]
+    assert panel["lines"][0]["band"] == [[0.5, 1.5], [4.0, 5.0]]
+
+
 def test_band_on_a_logarithmic_axis_stays_positive() -> None:
     line = Line("ekf", np.arange(2.0), np.array([1.0, 1.0]), std=np.array([0.1, 5.0]))
     found = band(line, y_log=True)
