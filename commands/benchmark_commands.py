@@ -15,7 +15,7 @@ from commands.sentences import one_sentence
 from estimation.output_folder import RESULTS
 from models.errors import InputError
 from models.names import unknown
-from suites.table import MODULES, NAMED, OWN_PEN
+from suites.table import MODULES, NAMED, OF_OWN_PEN
 
 SPEED = "speed"
 """The suite that times solvers by itself, see `suites.speed.study`."""
@@ -61,19 +61,21 @@ def benchmark(
     pen: Annotated[
         str | None,
         typer.Option(
-            help="With suite pen alone: ask of this pen. A pen file, or one of {pens}.",
+            help="With one suite, of {own_pen}: ask of this pen. A pen file, or one of {pens}.",
             autocompletion=completing("pens"),
         ),
     ] = None,
     motion: Annotated[
         str | None,
         typer.Option(
-            help="Of --pen: what it is simulated along, of {motions}; handwriting by default.",
+            help="Of --pen, suite pen: what it is simulated along, of {motions}; handwriting by "
+            "default.",
             autocompletion=completing("motions"),
         ),
     ] = None,
     recording: Annotated[
-        Path | None, typer.Option(help="Of --pen: a recording of it, instead of a motion.")
+        Path | None,
+        typer.Option(help="Of --pen, suite pen: a recording of it, instead of a motion."),
     ] = None,
     problems: Annotated[
         str | None, typer.Option(help=f"Of {SPEED}: names with commas; by default all.")
@@ -115,7 +117,7 @@ def benchmark(
             names(cases),
         )
         if pen is not None:
-            unique = [OWN_PEN]
+            unique = [OF_OWN_PEN[suite].suite for suite in unique]
         workers = Workers(jobs, scheduler)
         benchmark_run.run_benchmark(unique, output, scope, workers, command_line())
 
@@ -124,11 +126,20 @@ def _check_own_pen(
     pen: str | None, motion: str | None, recording: Path | None, suites: Sequence[str]
 ) -> None:
     """Raise `InputError` unless the options about a pen of one's own fit together."""
-    if pen is None and (motion is not None or recording is not None):
-        raise InputError("--motion and --recording are of --pen, expected a pen beside them")
-    if pen is not None and list(suites) != ["pen"]:
-        raise InputError(f"--pen with suites {', '.join(suites)}, expected suite pen alone")
-    if motion is not None and recording is not None:
+    beside = [
+        name for name, value in (("motion", motion), ("recording", recording)) if value is not None
+    ]
+    if pen is None:
+        if beside:
+            raise InputError("--motion and --recording are of --pen, expected a pen beside them")
+        return
+    if len(suites) > 1 or suites[0] not in OF_OWN_PEN:
+        asked, can = ", ".join(suites), " or ".join(OF_OWN_PEN)
+        raise InputError(f"--pen with suites {asked}, expected suite {can} alone")
+    for name in beside:
+        if name not in OF_OWN_PEN[suites[0]].reads:
+            raise InputError(f"--{name} is not read by suite {suites[0]}, expected --pen alone")
+    if len(beside) > 1:
         raise InputError("--motion beside --recording, expected one of them")
 
 

@@ -14,7 +14,7 @@ import typer
 
 from models.bundled import bundled_pens, sensor_names
 from recordings.motion_list import motion_names
-from suites.table import BY_NAME, MODULES
+from suites.table import BY_NAME, MODULES, OF_OWN_PEN
 
 
 def _estimators() -> Iterable[str]:
@@ -41,24 +41,6 @@ def _default_export() -> Iterable[str]:
     return (DEFAULT_EXPORT,)
 
 
-def _consistency_cases() -> Iterable[str]:
-    from suites.consistency.run import CASES
-
-    return CASES
-
-
-def _bad_starts() -> Iterable[str]:
-    from suites.bad_starts.cases import CASES
-
-    return CASES
-
-
-def _compared() -> Iterable[str]:
-    from suites.bad_starts.run import ESTIMATORS
-
-    return ESTIMATORS
-
-
 def _finds() -> Iterable[str]:
     from pen_mhe.calibration.gravity import COUNTS
 
@@ -83,9 +65,7 @@ LISTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
         "suites_by_name": lambda: BY_NAME,
         "stamps": _stamps,
         "finds": _finds,
-        "consistency_cases": _consistency_cases,
-        "bad_starts": _bad_starts,
-        "compared": _compared,
+        "own_pen": lambda: OF_OWN_PEN,
     }
 )
 """Name of a list in a help text → its names."""

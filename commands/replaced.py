@@ -7,7 +7,12 @@ from types import MappingProxyType
 
 from models.errors import InputError
 
-REPLACED: Mapping[str, str] = MappingProxyType({})
+REPLACED: Mapping[str, str] = MappingProxyType(
+    {
+        "bad-starts": "`pen-mhe benchmark bad-starts`",
+        "consistency": "`pen-mhe benchmark consistency`",
+    }
+)
 """Command → the one that replaces it."""
 
 

@@ -10,24 +10,10 @@ import typer
 
 from benchmark.runner.interrupts import not_swallowed
 from commands.benchmark_commands import DataOption, benchmark, report
-from commands.lists import LISTS, complete_sensors, completing_several
 from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
 from estimation.output_folder import RESULTS
 from models.errors import InputError
-
-EstimatorsOption = Annotated[
-    str,
-    typer.Option(
-        help="Names with commas, of {estimators}.",
-        autocompletion=completing_several("estimators"),
-    ),
-]
-
-
-def all_or(text: str | None, key: str) -> tuple[str, ...]:
-    """Return the names in a text with commas; without one, all of a list of `LISTS`."""
-    return names(text) or tuple(LISTS[key]())
 
 
 def observe(
@@ -41,69 +27,6 @@ def observe(
         from commands import observe_run  # models are slow to import
 
         observe_run.run_observe(pen, names(sensors), writing_area, duration)
-
-
-def consistency(
-    output: Annotated[Path, typer.Option(help="Folder that keeps what is finished.")] = RESULTS
-    / "consistency",
-    pen: PenOption = "dpoint",
-    sensors: Annotated[
-        str,
-        typer.Option(help="Names from the pen file, with commas.", autocompletion=complete_sensors),
-    ] = "accel,gyro,camera",
-    cases: Annotated[
-        str | None,
-        typer.Option(
-            help="Names with commas, of {consistency_cases}; by default all.",
-            autocompletion=completing_several("consistency_cases"),
-        ),
-    ] = None,
-    estimators: EstimatorsOption = "ekf,mhe",
-    runs: Annotated[int, typer.Option(help="Of each case and estimator.", min=2)] = 50,
-    jobs: JobsOption = 2,
-) -> None:
-    """Compare errors and innovations with the covariances that estimators claim (NEES, NIS)."""
-    from suites.consistency import study
-
-    with one_sentence():
-        study.run_consistency(
-            output,
-            pen,
-            names(sensors),
-            all_or(cases, "consistency_cases"),
-            names(estimators) or (),
-            runs,
-            jobs,
-        )
-
-
-def bad_starts(
-    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = RESULTS
-    / "bad_starts",
-    cases: Annotated[
-        str | None,
-        typer.Option(
-            help="Names with commas, of {bad_starts}; by default all.",
-            autocompletion=completing_several("bad_starts"),
-        ),
-    ] = None,
-    estimators: Annotated[
-        str | None,
-        typer.Option(
-            help="Names with commas, of {estimators}; by default {compared}.",
-            autocompletion=completing_several("estimators"),
-        ),
-    ] = None,
-    runs: Annotated[int, typer.Option(help="Of each case and estimator.", min=1)] = 100,
-    jobs: JobsOption = 2,
-) -> None:
-    """Start estimators at a wrong elevation and compare their first second."""
-    from suites.bad_starts import study  # tables and figures are slow to import
-
-    with one_sentence():
-        study.run_bad_starts(
-            output, all_or(cases, "bad_starts"), all_or(estimators, "compared"), runs, jobs
-        )
 
 
 def printed_cost(
@@ -149,8 +72,6 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "benchmark": benchmark,
     "report": report,
     "observe": observe,
-    "consistency": consistency,
-    "bad-starts": bad_starts,
     "printed-cost": printed_cost,
     "optimum": optimum,
     "real-time": real_time,

@@ -13,15 +13,15 @@ Judged is the direction of up, seen from the body: the heading is seen by nothin
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from benchmark.configurations import BENCHMARK_ESTIMATORS
 from estimation.estimate import EstimateHistory
 from estimation.estimator import Estimator, run
 from models.arrays import Array
@@ -32,23 +32,10 @@ from models.priors import replaced_attitude, replaced_prior
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
-from suites.bad_starts.cases import KNOWLEDGE, BadStart, case_model, case_pen, case_recording
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-ESTIMATORS = BENCHMARK_ESTIMATORS
-"""What is compared by default."""
+from suites.bad_starts.cases import BadStart, case_model, case_pen, case_recording
 
 FIRST_S = 1.0
 ELEVATION = "elevation_rad"
-
-AT_S = (0.1, 1.0, 5.0)
-"""Instants of which a table says the error, where a run is that long."""
-
-WITHIN_DEG, WITHIN_STD = 3.0, 3.0
-"""A run counts as arrived where its error is this small, and as honest where it is within that
-many of its claimed deviations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +50,7 @@ class BadStartRun:
     error, std : (n,) rad; the angle between true and estimated up, and its standard deviation
         as claimed, in the error's own direction
     rate_error : (n,) rad/s, length of the error of the judged body rates
+    step_time_s : (n,)
     solved_fraction : of the steps
     """
 
@@ -72,11 +60,13 @@ class BadStartRun:
     error: Array
     std: Array
     rate_error: Array
+    step_time_s: Array
     solved_fraction: float
 
-    def first_rms(self, error: Array) -> float:
-        """Return the RMS of an error (n,) over the first second."""
-        return float(np.sqrt(np.mean(error[self.time_s <= self.time_s[0] + FIRST_S] ** 2)))
+    @property
+    def is_first(self) -> NDArray[np.bool_]:
+        """Which samples (n,) are of the first second."""
+        return self.time_s <= self.time_s[0] + FIRST_S
 
     def at(self, values: Array, after_s: float) -> float:
         """Return the value (n,) that long after the first sample; NaN where the run is over."""
@@ -113,6 +103,7 @@ def run_bad_start(
         np.linalg.norm(tilt, axis=1),
         claimed_std(history, tilt),
         np.linalg.norm((rates - true_rates)[:, judged], axis=1),
+        history.step_time_s,
         history.solved_fraction,
     )
 
@@ -176,50 +167,3 @@ def claimed_std(history: EstimateHistory, tilt: Array) -> Array:
     unit = np.where(length[:, None] > 0, tilt / np.maximum(length, 1e-300)[:, None], [1.0, 0.0])
     solved = np.linalg.solve(P, unit[:, :, None])[:, :, 0]
     return np.asarray(1 / np.sqrt((unit * solved).sum(axis=1)))
-
-
-def summary(case: BadStart, estimator: str, runs: Iterable[BadStartRun]) -> dict[str, object]:
-    """Return the row of a table: medians and 90th percentiles over the runs.
-
-    ``…_rms_…`` are of the first second, ``up_…_s_rad`` the error that long after the start,
-    NaN where the run is over. ``within_…`` are fractions of the runs after a second.
-    At the end of the run: ``end_error_per_std`` is the median of the error over its claimed
-    standard deviation: 1.18 where that is honest and Gaussian in two directions, 0.67 in one.
-    """
-    runs = list(runs)
-    first = np.array([run.at(run.error, FIRST_S) for run in runs])
-    first_per_std = first / [run.at(run.std, FIRST_S) for run in runs]
-    return {
-        "case": case.label,
-        "told": KNOWLEDGE[case.knowledge].label,
-        "wrong_deg": case.wrong_deg,
-        "told_std_deg": float(np.degrees(case.std_rad)),
-        "estimator": estimator,
-        "runs": len(runs),
-        **_quantiles("up_rms_rad", [run.first_rms(run.error) for run in runs]),
-        **_quantiles("rate_rms_rad_s", [run.first_rms(run.rate_error) for run in runs]),
-        **{
-            key: value
-            for after_s in AT_S
-            for key, value in _quantiles(
-                f"up_{after_s:g}_s_rad", [run.at(run.error, after_s) for run in runs]
-            ).items()
-        },
-        "within_3_deg": float(np.mean(first <= np.radians(WITHIN_DEG))),
-        "within_3_std": float(np.mean(first_per_std <= WITHIN_STD)),
-        "end_s": float(runs[0].time_s[-1]),
-        "end_error_per_std": float(np.median([run.error[-1] / run.std[-1] for run in runs])),
-        "solved": float(np.mean([run.solved_fraction for run in runs])),
-    }
-
-
-def _quantiles(name: str, values: Iterable[float]) -> dict[str, float]:
-    median, p90 = np.quantile(list(values), [0.5, 0.9])
-    return {f"{name}_median": float(median), f"{name}_p90": float(p90)}
-
-
-def as_table(rows: Iterable[Mapping[str, object]]) -> pd.DataFrame:
-    """Return rows of `summary` as a table."""
-    import pandas as pd  # slow to import, for tables only
-
-    return pd.DataFrame(list(rows))

@@ -13,7 +13,7 @@ several times the accelerometer's noise: its first NEES is far out. Later ones k
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -21,12 +21,15 @@ from typing import Any
 import numpy as np
 
 from estimation.consistency import nees, nis
-from estimation.estimator import run
+from estimation.estimate import EstimateHistory
+from estimation.estimator import Estimator, run
+from estimation.recording import Recording
 from models.arrays import Array
 from models.motion import AttitudeWhiteJerk
 from models.names import unknown
 from models.pen import pen_model
 from models.pen_config import PenConfig, Prior
+from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
 from recordings.motion_list import DRAWN
 from recordings.simulate_pen import simulate, simulate_model
@@ -111,10 +114,12 @@ class ConsistencyRuns:
         """Standard error of the mean NEES across runs, at most √(2 n_x / runs).
 
         A consistent estimator's is never larger (it is that where a run is one draw of
-        χ²); a larger one comes from a heavy tail, which would excuse any mean.
+        χ²); a larger one comes from a heavy tail, which would excuse any mean. A single run
+        has no other.
         """
-        sample = self.nees.std(ddof=1) / np.sqrt(len(self.nees))
-        return float(min(sample, np.sqrt(2 * self.n_x / len(self.nees))))
+        n = len(self.nees)
+        largest = float(np.sqrt(2 * self.n_x / n))
+        return min(float(self.nees.std(ddof=1) / np.sqrt(n)), largest) if n > 1 else largest
 
     @property
     def deviation(self) -> float:
@@ -139,46 +144,77 @@ def case_named(name: str) -> ConsistencyCase:
     return CASES[name]
 
 
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A case with its model and one estimator, which serve all of its runs.
+
+    Parameters
+    ----------
+    pen : with the case's prior
+    sensors : names from the pen file; None takes all that can be simulated
+    """
+
+    pen: PenConfig
+    sensors: Sequence[str] | None
+    case: ConsistencyCase
+    model: StateSpaceModel
+    estimator: Estimator[Any]
+
+    def recording(self, seed: int) -> Recording:
+        """Return the recording of a seed, with its truth."""
+        if self.case.motion == DRAWN:
+            return simulate_model(self.model, duration_s=self.case.duration_s, seed=seed)
+        return simulate(
+            self.pen,
+            self.sensors,
+            motion=self.case.motion,
+            duration_s=self.case.duration_s,
+            seed=seed,
+        )
+
+    def run(self, seed: int) -> tuple[EstimateHistory, Array]:
+        """Return the estimates of a seed and their NEES (n,)."""
+        recording = self.recording(seed)
+        assert recording.truth is not None
+        history = run(self.estimator, recording, covariances=True)
+        states = recording.truth.states(self.model.state_names, history.time_s)
+        return history, nees(self.model, history, states)
+
+    def statistics(self, runs: Iterable[tuple[EstimateHistory, Array]]) -> ConsistencyRuns:
+        """Return the statistics of some runs."""
+        mean_nees, first_nees, nis_per_row = [], [], []
+        for history, of_run in runs:
+            squared, rows = nis(history, self.model.measured_rows)
+            mean_nees.append(of_run[history.time_s >= history.time_s[0] + SETTLED_S].mean())
+            first_nees.append(of_run[0])
+            nis_per_row.append(np.nansum(squared) / rows.sum())
+        return ConsistencyRuns(
+            self.model.n_x, np.array(mean_nees), np.array(first_nees), np.array(nis_per_row)
+        )
+
+
+def bench(
+    pen: PenConfig,
+    sensors: Sequence[str] | None,
+    case: ConsistencyCase,
+    estimator: str,
+    settings: Mapping[str, Any] | None = None,
+) -> Bench:
+    """Build the model and the estimator of a case."""
+    pen = case_pen(pen, case)
+    # A truth that is drawn knows of no writing area.
+    model = pen_model(pen, sensors, writing_area=case.motion != DRAWN)
+    return Bench(pen, sensors, case, model, create_estimator(estimator, model, **(settings or {})))
+
+
 def run_case(
     pen: PenConfig,
-    sensors: Iterable[str] | None,
+    sensors: Sequence[str] | None,
     case: ConsistencyCase,
     estimator: str,
     seeds: Iterable[int],
     settings: Mapping[str, Any] | None = None,
 ) -> ConsistencyRuns:
     """Run one estimator on the recordings of one case, one per seed."""
-    pen = case_pen(pen, case)
-    # A truth that is drawn knows of no writing area.
-    model = pen_model(pen, sensors, writing_area=case.motion != DRAWN)
-    built = create_estimator(estimator, model, **(settings or {}))
-    mean_nees, first_nees, nis_per_row = [], [], []
-    for seed in seeds:
-        if case.motion == DRAWN:
-            recording = simulate_model(model, duration_s=case.duration_s, seed=seed)
-        else:
-            recording = simulate(
-                pen, sensors, motion=case.motion, duration_s=case.duration_s, seed=seed
-            )
-        assert recording.truth is not None
-        history = run(built, recording, covariances=True)
-        states = recording.truth.states(model.state_names, history.time_s)
-        squared, rows = nis(history, model.measured_rows)
-        of_run = nees(model, history, states)
-        mean_nees.append(of_run[history.time_s >= history.time_s[0] + SETTLED_S].mean())
-        first_nees.append(of_run[0])
-        nis_per_row.append(np.nansum(squared) / rows.sum())
-    return ConsistencyRuns(
-        model.n_x, np.array(mean_nees), np.array(first_nees), np.array(nis_per_row)
-    )
-
-
-def joined(parts: Iterable[ConsistencyRuns]) -> ConsistencyRuns:
-    """Join runs of the same case and estimator."""
-    parts = list(parts)
-    return ConsistencyRuns(
-        parts[0].n_x,
-        np.concatenate([part.nees for part in parts]),
-        np.concatenate([part.first_nees for part in parts]),
-        np.concatenate([part.nis_per_row for part in parts]),
-    )
+    built = bench(pen, sensors, case, estimator, settings)
+    return built.statistics(map(built.run, seeds))

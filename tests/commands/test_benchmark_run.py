@@ -105,8 +105,16 @@ def test_the_data_folder_comes_from_its_variable(
         (("pen", "stroke"), "suite stroke is unknown, expected one of pen, tilt"),
         (("pen", "speed"), "suite speed among others, expected it alone: it needs quiet"),
         (("pen", "--motion", "turn"), "--motion and --recording are of --pen, expected a pen"),
-        (("tilt", "--pen", "dpoint"), "--pen with suites tilt, expected suite pen alone"),
-        (("--pen", "dpoint"), "expected suite pen alone"),
+        (
+            ("tilt", "--pen", "dpoint"),
+            "--pen with suites tilt, expected suite pen or consistency alone",
+        ),
+        (("--pen", "dpoint"), "expected suite pen or consistency alone"),
+        (("pen", "consistency", "--pen", "dpoint"), "--pen with suites pen, consistency, expected"),
+        (
+            ("consistency", "--pen", "dpoint", "--motion", "turn"),
+            "--motion is not read by suite consistency, expected --pen alone",
+        ),
         (
             ("pen", "--pen", "dpoint", "--motion", "turn", "--recording", "r.csv"),
             "--motion beside --recording, expected one of them",
@@ -119,6 +127,15 @@ def test_a_bad_call_begins_nothing(
 ) -> None:
     assert expected in sentence(call("benchmark", *arguments))
     assert asked == []
+
+
+@pytest.mark.parametrize(("suite", "answers"), [("pen", "own-pen"), ("consistency",) * 2])
+def test_a_pen_of_ones_own_is_asked_by_the_suite_that_can(
+    asked: list[tuple[Any, ...]], suite: str, answers: str
+) -> None:
+    assert call("benchmark", suite, "--pen", "reference").exit_code == 0
+    ((suites, _, scope, _),) = asked
+    assert (suites, scope.pen) == ([answers], "reference")
 
 
 @pytest.mark.usefixtures("few")

@@ -67,8 +67,7 @@ LONGER: dict[str, list[str]] = {
     "estimate --pen dpoint --out": ["--output"],
     "estimate --writing": ["--writing-area"],
     "codegen --estimator ": ["ekf", "mhe-rti"],
-    "consistency --cases settled,m": ["settled,moving"],
-    "consistency --estimators ekf,mhe-s": ["ekf,mhe-sparse"],
+    "benchmark consistency --estimators ekf,mhe-s": ["ekf,mhe-sparse"],
     "simulate --stamps a": ["arrival"],
 }
 

@@ -64,9 +64,8 @@ def test_names_stand_in_the_help_of_the_commands_that_take_them() -> None:
     for command, key in (
         ("simulate", "motions"),
         ("observe", "pens"),
-        ("consistency", "consistency_cases"),
-        ("bad-starts", "bad_starts"),
         ("benchmark", "suites"),
+        ("benchmark", "suites_by_name"),
         ("codegen", "exportable"),
     ):
         assert ", ".join(LISTS[key]()) in " ".join(page(command).split())

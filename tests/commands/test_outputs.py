@@ -133,9 +133,7 @@ REFUSED: dict[str, tuple[str, ...]] = {
     "optimum, a typo": ("optimum", "--output", "typo/r"),
     "printed-cost, a typo": ("printed-cost", "--output", "typo/r"),
     "real-time, a typo": ("real-time", "--output", "typo/r"),
-    "consistency, a pen": ("consistency", "--pen", "bad.toml", "--output", "r"),
-    "consistency, a typo": ("consistency", "--output", "typo/r"),
-    "bad-starts, a typo": ("bad-starts", "--output", "typo/r"),
+    "consistency, a pen": ("benchmark", "consistency", "--pen", "bad.toml", "--output", "r"),
     "report, no run": ("report", "typo", "--pictures", "figures"),
 }
 

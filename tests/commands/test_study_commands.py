@@ -1,4 +1,4 @@
-"""The commands that answer a question: observe, consistency, printed-cost."""
+"""The commands that answer a question: observe, printed-cost."""
 
 from __future__ import annotations
 
@@ -6,15 +6,12 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
 from commands.cli import app
-from models.pen_file import load_pen
 from pen_mhe.sensor_verdict import MOTIONS
-from suites.consistency.run import CASES, run_case
 from suites.printed_cost import study
 from suites.printed_cost.run import CONFIGURATIONS, MODELS
 from suites.printed_cost.study import run_printed_cost
@@ -87,42 +84,10 @@ def test_without_the_area_observe_says_that_nothing_holds_the_tip() -> None:
         ),
         (("observe", "--duration", "0"), "duration is 0.0 s, expected a positive time"),
         (("observe", "--pen", "nowhere.toml"), "pen file nowhere.toml does not exist"),
-        (
-            ("consistency", "--cases", "settled,calm"),
-            "case calm is unknown, expected one of settled, moving, picked-up, handwriting",
-        ),
-        (
-            ("consistency", "--estimators", "eks"),
-            "estimator eks is unknown, expected one of ekf, ukf, mhe-ipopt",
-        ),
-        (("consistency", "--sensors", "accel,radar"), "sensor radar is not in the pen D-POINT"),
-        (("consistency", "--cases", ","), "',' has no name in it, expected"),
     ],
 )
 def test_a_bad_call_gets_one_sentence(arguments: tuple[str, ...], sentence: str) -> None:
     check_sentence(call(*arguments), sentence)
-
-
-def test_one_run_is_no_statistics() -> None:
-    """Refused by the command line itself."""
-    check_sentence(call("consistency", "--runs", "1"), "invalid value for '--runs'")
-
-
-def test_consistency_prints_a_row_per_case_and_estimator(tmp_path: Path) -> None:
-    arguments = ["--cases", "settled", "--estimators", "ekf", "--runs", "2", "--jobs", "1"]
-    result = call("consistency", *arguments, "--output", str(tmp_path))
-    assert result.exit_code == 0, result.stderr
-    table = rows(result.stdout)
-    case = CASES["settled"]
-    assert list(table) == ["truth", "---", case.label]
-    estimator, nees, expected, away, *_, nis = table[case.label]
-    runs = run_case(load_pen("dpoint"), ("accel", "gyro", "camera"), case, "ekf", range(2))
-    assert (estimator, expected) == ("ekf", "24")
-    assert nees == f"{runs.nees.mean():.4g} (median {np.median(runs.nees):.4g})"
-    assert away.startswith(f"{runs.deviation:+.1f} (")
-    assert nis == f"{runs.nis_per_row.mean():.3f}"
-    assert result.stdout.startswith("D-POINT stylus, 2 runs each")
-    assert "within 2.6 standard errors of the number of states" in result.stdout
 
 
 def test_printed_cost_writes_table_and_figure(

@@ -18,8 +18,6 @@ from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Task
 from commands import benchmark_run
 from commands.sentences import one_sentence
-from suites.bad_starts.study import run_bad_starts
-from suites.consistency.study import run_consistency
 from suites.optimum.study import run_optimum
 from suites.printed_cost.study import run_printed_cost
 from suites.real_time.study import run_real_time
@@ -99,25 +97,13 @@ def small_suites(data: str) -> dict[str, SmallRun]:
         "classics": suite("classics", 8, is_ekf),
         "faults": suite("faults", 8, is_ekf),
         "real": suite("real", 8, is_ekf, data),
+        "bad-starts": suite("bad-starts", 8, is_ekf),
+        "consistency": suite("consistency", 8, is_ekf),
     }
 
 
 STUDIES: Mapping[str, SmallRun] = MappingProxyType(
     {
-        "consistency": study(
-            "consistency",
-            lambda folder: run_consistency(
-                folder, "dpoint", ("accel", "gyro"), ("settled",), ("ekf",), 25, JOBS
-            ),
-            5,
-            (),
-        ),
-        "bad-starts": study(
-            "bad-starts",
-            lambda folder: run_bad_starts(folder, ("gesture-30",), ("ekf",), 50, JOBS),
-            5,
-            ("bad_starts.csv",),
-        ),
         "printed-cost": study(
             "printed-cost",
             lambda folder: run_printed_cost(folder, (1.0,), (3, 4), 1.1),

@@ -6,7 +6,7 @@ its expectation with many runs, and from χ² where there are only a few.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
@@ -26,7 +26,6 @@ from suites.consistency.run import (
     ConsistencyRuns,
     case_named,
     case_pen,
-    joined,
     run_case,
 )
 
@@ -140,6 +139,18 @@ def test_one_pass_is_consistent(case: str, seeds: range) -> None:
     check_many(runs_of(case, "mhe-rti", seeds))
 
 
+def joined(parts: Iterable[ConsistencyRuns]) -> ConsistencyRuns:
+    """Join runs of one case and estimator."""
+    parts = list(parts)
+    return ConsistencyRuns(
+        parts[0].n_x,
+        *(
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in ("nees", "first_nees", "nis_per_row")
+        ),
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("case", ["settled", "moving", "picked-up"])
 def test_the_mhe_is_consistent(case: str) -> None:
@@ -184,6 +195,13 @@ def test_a_heavy_tail_excuses_nothing() -> None:
     runs = runs_with([8.0, 8.0, 8.0, 4008.0])
     assert runs.standard_error == 2.0
     assert runs.deviation == 500.0
+
+
+def test_a_single_run_has_the_error_of_one_draw() -> None:
+    """√(2 · 8) = 4, of which 20 is 3 away from 8."""
+    runs = runs_with([20.0])
+    assert runs.standard_error == 4.0
+    assert runs.deviation == 3.0
 
 
 def test_a_case_changes_the_prior_only() -> None:
