@@ -145,7 +145,7 @@ def case_named(name: str) -> ConsistencyCase:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class ConsistencyBench:
     """A case with its model and one estimator, which serve all of its runs.
 
     Parameters
@@ -199,12 +199,14 @@ def bench(
     case: ConsistencyCase,
     estimator: str,
     settings: Mapping[str, Any] | None = None,
-) -> Bench:
+) -> ConsistencyBench:
     """Build the model and the estimator of a case."""
     pen = case_pen(pen, case)
     # A truth that is drawn knows of no writing area.
     model = pen_model(pen, sensors, writing_area=case.motion != DRAWN)
-    return Bench(pen, sensors, case, model, create_estimator(estimator, model, **(settings or {})))
+    return ConsistencyBench(
+        pen, sensors, case, model, create_estimator(estimator, model, **(settings or {}))
+    )
 
 
 def run_case(

@@ -15,7 +15,7 @@ from pen_mhe.estimators import ESTIMATORS
 from suites.consistency.figures import figures, tables
 from suites.consistency.pens import PEN, choices, made_of, own, pen_of
 from suites.consistency.quantities import NEES, quantities
-from suites.consistency.run import CASES, SETTLED_S, Bench, bench, case_named
+from suites.consistency.run import CASES, SETTLED_S, ConsistencyBench, bench, case_named
 
 NAME = "consistency"
 
@@ -42,7 +42,7 @@ def run(task: Task, scope: Scope) -> Outcome:
 
 
 @lru_cache(maxsize=16)
-def _bench(pen: str, sensors: str, case: str, estimator: str) -> Bench:
+def _bench(pen: str, sensors: str, case: str, estimator: str) -> ConsistencyBench:
     return bench(load_pen(pen), tuple(sensors.split("+")), case_named(case), estimator)
 
 
