@@ -26,7 +26,7 @@ def tasks(scope: Scope) -> Sequence[Task]:
     """Return all tasks, those of the slowest estimator first."""
     return [
         Task(NAME, case, sensors_of(case), estimator, seed)
-        for estimator in reversed(ESTIMATORS)
+        for estimator in reversed(list(ESTIMATORS))
         for case in _cases(estimator, scope)
         for seed in range(scope.seeds)
     ]

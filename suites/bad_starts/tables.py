@@ -17,13 +17,13 @@ from suites.bad_starts.quantities import (
     AT_S,
     END,
     FIRST_RATES,
-    FIRST_S,
     HONEST,
     NEAR,
     WITHIN_DEG,
     WITHIN_STD,
     up_after,
 )
+from suites.bad_starts.run import FIRST_S
 
 if TYPE_CHECKING:
     import pandas as pd

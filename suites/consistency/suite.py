@@ -25,7 +25,7 @@ def tasks(scope: Scope) -> Sequence[Task]:
     asked = BENCHMARK_ESTIMATORS if scope.estimators is None else ESTIMATORS
     return [
         Task(NAME, case, "+".join(sensors), estimator, seed)
-        for estimator in reversed(asked)
+        for estimator in reversed(list(asked))
         for sensors in choices(pen_of(scope))
         for case in CASES
         for seed in range(scope.seeds)
