@@ -7,7 +7,12 @@ from types import MappingProxyType
 
 from models.errors import InputError
 
-REPLACED: Mapping[str, str] = MappingProxyType({})
+REPLACED: Mapping[str, str] = MappingProxyType(
+    {
+        "optimum": "`pen-mhe benchmark optimum --seeds WINDOWS`",
+        "printed-cost": "`pen-mhe benchmark printed-cost`",
+    }
+)
 """Command → the one that replaces it."""
 
 

@@ -106,30 +106,6 @@ def bad_starts(
         )
 
 
-def printed_cost(
-    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = RESULTS
-    / "printed_cost",
-) -> None:
-    """Show what the pen model as printed in the paper costs, term by term, over speed."""
-    from suites.printed_cost import study  # tables and figures are slow to import
-
-    with one_sentence():
-        study.run_printed_cost(output)
-
-
-def optimum(
-    windows: Annotated[int, typer.Option(help="Number of windows.", min=1)] = 1000,
-    seed: Annotated[int, typer.Option(help="Of the first window.", min=0)] = 0,
-    output: Annotated[Path, typer.Option(help="Folder for the table.")] = RESULTS / "optimum",
-    jobs: JobsOption = 2,
-) -> None:
-    """Compare the real-time MHE's optimum with IPOPT's, window by window, from the same start."""
-    from suites.optimum import study  # tables are slow to import
-
-    with one_sentence():
-        study.run_optimum(output, windows, jobs, seed)
-
-
 def real_time(
     output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = RESULTS
     / "real_time",
@@ -151,8 +127,6 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "observe": observe,
     "consistency": consistency,
     "bad-starts": bad_starts,
-    "printed-cost": printed_cost,
-    "optimum": optimum,
     "real-time": real_time,
 }
 """Name → function of every command here."""

@@ -9,8 +9,6 @@ STUDIES: Mapping[str, str] = MappingProxyType(
     {
         "consistency": "suites.consistency.study",
         "bad-starts": "suites.bad_starts.study",
-        "printed-cost": "suites.printed_cost.study",
-        "optimum": "suites.optimum.study",
         "real-time": "suites.real_time.study",
         "speed": "suites.speed.study",
     }

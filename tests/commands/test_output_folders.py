@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from commands.cli import app
 
 COMMANDS = (
-    *(("consistency",), ("bad-starts",), ("optimum",), ("printed-cost",), ("real-time",)),
+    *(("consistency",), ("bad-starts",), ("real-time",)),
     *(("benchmark", "pen"), ("benchmark", "speed")),
 )
 

@@ -1,13 +1,12 @@
-"""The commands that answer a question: observe, consistency, printed-cost."""
+"""The commands that answer a question: observe, consistency."""
 
 from __future__ import annotations
 
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -15,9 +14,6 @@ from commands.cli import app
 from models.pen_file import load_pen
 from pen_mhe.sensor_verdict import MOTIONS
 from suites.consistency.run import CASES, run_case
-from suites.printed_cost import study
-from suites.printed_cost.run import CONFIGURATIONS, MODELS
-from suites.printed_cost.study import run_printed_cost
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -123,31 +119,3 @@ def test_consistency_prints_a_row_per_case_and_estimator(tmp_path: Path) -> None
     assert nis == f"{runs.nis_per_row.mean():.3f}"
     assert result.stdout.startswith("D-POINT stylus, 2 runs each")
     assert "within 2.6 standard errors of the number of states" in result.stdout
-
-
-def test_printed_cost_writes_table_and_figure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    few = partial(run_printed_cost, speeds=(1.0,), seeds=(3, 4), duration_s=1.1)
-    monkeypatch.setattr(study, "run_printed_cost", few)
-    output = tmp_path / "made"
-    result = call("printed-cost", "--output", str(output))
-    assert result.exit_code == 0, result.stderr
-    assert sorted(path.name for path in output.iterdir()) == [
-        "journal-printed-cost.jsonl",
-        "journal-printed-cost.jsonl.lock",
-        "printed_cost.csv",
-        "printed_cost.png",
-    ]
-    assert (output / "printed_cost.png").read_bytes().startswith(b"\x89PNG")
-    table = pd.read_csv(output / "printed_cost.csv")
-    pairs = [(sensors, model) for sensors in CONFIGURATIONS for model in MODELS]
-    assert list(zip(table["sensors"], table["model"], strict=True)) == pairs
-    blind = table["sensors"] == "without camera"
-    assert set(table.loc[blind, "azimuth_deg"]) == {"not observable"}
-    assert (table.loc[~blind, "azimuth_deg"].astype(float) > 0).all()
-    assert "RMS errors of the EKF, mean ± spread over 2 seeds of 'handwriting', 1.1 s each" in (
-        result.stdout
-    )
-    assert result.stdout.count("| 1 | ") == len(pairs)
-    assert f"table and figure in {output}" in result.stdout

@@ -20,8 +20,6 @@ from commands import benchmark_run
 from commands.sentences import one_sentence
 from suites.bad_starts.study import run_bad_starts
 from suites.consistency.study import run_consistency
-from suites.optimum.study import run_optimum
-from suites.printed_cost.study import run_printed_cost
 from suites.real_time.study import run_real_time
 from suites.speed.problems import find_problem
 from suites.speed.study import run_speed
@@ -68,11 +66,14 @@ def suite(
     tasks: int,
     chosen: Callable[[Task], bool] = lambda task: True,
     data: str | None = None,
+    *,
+    seeds: int = 2,
+    is_quick: bool = False,
 ) -> SmallRun:
     """The last tasks of a suite; they are the quickest."""
 
     def run(folder: Path) -> None:
-        scope = Scope(2, data)
+        scope = Scope(seeds, data)
         some = [task for task in find_suite(name).tasks(scope) if chosen(task)][-tasks:]
         benchmark_run.chosen_tasks = lambda suites, scope: some  # type: ignore[assignment]
         benchmark_run.show_report = lambda folder: None  # type: ignore[assignment]
@@ -84,6 +85,7 @@ def suite(
         lambda folder: folder / NAME,
         ("results.parquet", "series.parquet"),
         data is not None,
+        is_quick,
     )
 
 
@@ -99,6 +101,8 @@ def small_suites(data: str) -> dict[str, SmallRun]:
         "classics": suite("classics", 8, is_ekf),
         "faults": suite("faults", 8, is_ekf),
         "real": suite("real", 8, is_ekf, data),
+        "optimum": suite("optimum", 6, seeds=30),
+        "printed-cost": suite("printed-cost", 10, is_quick=True),
     }
 
 
@@ -117,19 +121,6 @@ STUDIES: Mapping[str, SmallRun] = MappingProxyType(
             lambda folder: run_bad_starts(folder, ("gesture-30",), ("ekf",), 50, JOBS),
             5,
             ("bad_starts.csv",),
-        ),
-        "printed-cost": study(
-            "printed-cost",
-            lambda folder: run_printed_cost(folder, (1.0,), (3, 4), 1.1),
-            10,
-            ("printed_cost.csv",),
-            is_quick=True,
-        ),
-        "optimum": study(
-            "optimum",
-            lambda folder: run_optimum(folder, 6, JOBS, 11),
-            6,
-            ("optimum.csv",),
         ),
         "real-time": study(
             "real-time",
