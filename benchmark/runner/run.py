@@ -26,13 +26,6 @@ class TaskFunction(Protocol):
         """Return what the task found."""
 
 
-RowOf = Callable[[Task], Hashable]
-
-
-def _row(task: Task) -> Hashable:
-    return task.suite, task.case, task.sensors, task.estimator
-
-
 @dataclass(frozen=True)
 class Workers:
     """Who runs the tasks.
@@ -50,7 +43,10 @@ class Workers:
         return self.scheduler or str(self.jobs)
 
     def run(
-        self, function: Callable[[Task], Outcome], tasks: Iterable[Task], row: RowOf
+        self,
+        function: Callable[[Task], Outcome],
+        tasks: Iterable[Task],
+        row: Callable[[Task], Hashable],
     ) -> Iterator[tuple[Task, Outcome]]:
         """Yield each task with its outcome, as they finish; see `run_tasks`."""
         if self.scheduler is not None:
@@ -61,14 +57,18 @@ class Workers:
 
 
 def run_alone(
-    function: Callable[[Task], Outcome], tasks: Sequence[Task], row: RowOf = _row
+    function: Callable[[Task], Outcome], tasks: Sequence[Task]
 ) -> Iterator[tuple[Task, Outcome]]:
     """Yield each task with its outcome: one after the other, in one process without threads."""
     if is_single_threaded():
         yield from run_here(function, tasks)
     elif tasks:
         with single_threaded_children():
-            yield from run_in_processes(function, tasks, 1, row=row, died=failed)
+            yield from run_in_processes(function, tasks, 1, row=_row, died=failed)
+
+
+def _row(task: Task) -> tuple[str, ...]:
+    return task.suite, task.case, task.sensors, task.estimator
 
 
 def run_tasks(
@@ -81,7 +81,7 @@ def run_tasks(
     identity: Callable[[Task, Scope], str],
     *,
     is_timed: Callable[[Task], bool] = lambda task: False,
-    row: RowOf = _row,
+    row: Callable[[Task], Hashable] = _row,
 ) -> int:
     """Run the tasks that a folder's journal has not, then write the tables of all.
 
@@ -110,9 +110,7 @@ def run_tasks(
         run_one = partial(function, scope=scope)
         quick = [task for task in todo if not is_timed(task)]
         timed = [task for task in todo if is_timed(task)]
-        for task, outcome in chain(
-            workers.run(run_one, quick, row), run_alone(run_one, timed, row)
-        ):
+        for task, outcome in chain(workers.run(run_one, quick, row), run_alone(run_one, timed)):
             with undisturbed():
                 journal.append(task, made_with[task], outcome)
                 advance(1)
