@@ -17,7 +17,7 @@ from models.turntable import paper_turntable, turntable_model
 from pen_mhe.estimators import ESTIMATORS
 
 BENCHMARK_ESTIMATORS = tuple(name for name, row in ESTIMATORS.items() if row.in_benchmark)
-"""The estimators of the benchmark; ``mhe`` ends in ``mhe-ipopt``'s optimum (`pen-mhe optimum`)."""
+"""The estimators of the benchmark; ``mhe`` ends in ``mhe-ipopt``'s optimum (suite `optimum`)."""
 
 
 @dataclass(frozen=True)

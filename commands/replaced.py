@@ -11,6 +11,8 @@ REPLACED: Mapping[str, str] = MappingProxyType(
     {
         "bad-starts": "`pen-mhe benchmark bad-starts`",
         "consistency": "`pen-mhe benchmark consistency`",
+        "optimum": "`pen-mhe benchmark optimum --seeds WINDOWS`",
+        "printed-cost": "`pen-mhe benchmark printed-cost`",
     }
 )
 """Command → the one that replaces it."""

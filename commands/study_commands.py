@@ -10,7 +10,7 @@ import typer
 
 from benchmark.runner.interrupts import not_swallowed
 from commands.benchmark_commands import DataOption, benchmark, report
-from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
+from commands.options import PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
 from estimation.output_folder import RESULTS
 from models.errors import InputError
@@ -27,30 +27,6 @@ def observe(
         from commands import observe_run  # models are slow to import
 
         observe_run.run_observe(pen, names(sensors), writing_area, duration)
-
-
-def printed_cost(
-    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = RESULTS
-    / "printed_cost",
-) -> None:
-    """Show what the pen model as printed in the paper costs, term by term, over speed."""
-    from suites.printed_cost import study  # tables and figures are slow to import
-
-    with one_sentence():
-        study.run_printed_cost(output)
-
-
-def optimum(
-    windows: Annotated[int, typer.Option(help="Number of windows.", min=1)] = 1000,
-    seed: Annotated[int, typer.Option(help="Of the first window.", min=0)] = 0,
-    output: Annotated[Path, typer.Option(help="Folder for the table.")] = RESULTS / "optimum",
-    jobs: JobsOption = 2,
-) -> None:
-    """Compare the real-time MHE's optimum with IPOPT's, window by window, from the same start."""
-    from suites.optimum import study  # tables are slow to import
-
-    with one_sentence():
-        study.run_optimum(output, windows, jobs, seed)
 
 
 def real_time(
@@ -72,8 +48,6 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "benchmark": benchmark,
     "report": report,
     "observe": observe,
-    "printed-cost": printed_cost,
-    "optimum": optimum,
     "real-time": real_time,
 }
 """Name → function of every command here."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 
 from benchmark.runner import identity
@@ -54,6 +54,11 @@ def is_timed(task: Task) -> bool:
     return find_suite(task.suite).is_timed
 
 
+def row_of(task: Task) -> Hashable:
+    """Return what a task shares with its neighbours for which something is built."""
+    return task.suite, find_suite(task.suite).row(task)
+
+
 def task_identity(task: Task, scope: Scope) -> str:
     """Return what a finished task must have been run with to count as finished."""
     suite = find_suite(task.suite)
@@ -73,5 +78,13 @@ def run_suites(
 ) -> int:
     """Run tasks of suites that are not finished; see `benchmark.runner.run.run_tasks`."""
     return run_tasks(
-        tasks, scope, workers, folder, on_start, function, task_identity, is_timed=is_timed
+        tasks,
+        scope,
+        workers,
+        folder,
+        on_start,
+        function,
+        task_identity,
+        is_timed=is_timed,
+        row=row_of,
     )

@@ -7,8 +7,6 @@ from types import MappingProxyType
 
 STUDIES: Mapping[str, str] = MappingProxyType(
     {
-        "printed-cost": "suites.printed_cost.study",
-        "optimum": "suites.optimum.study",
         "real-time": "suites.real_time.study",
         "speed": "suites.speed.study",
     }

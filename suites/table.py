@@ -30,6 +30,8 @@ BY_NAME: Mapping[str, str] = MappingProxyType(
     {
         "bad-starts": "suites.bad_starts.suite",
         "consistency": "suites.consistency.suite",
+        "optimum": "suites.optimum.suite",
+        "printed-cost": "suites.printed_cost.suite",
     }
 )
 """Suites that run only where they are named: they take longer, or ask about the estimators."""

@@ -1,4 +1,4 @@
-"""What windows of `pen-mhe optimum` are cut from, and the table of suites that lend some of it."""
+"""What windows of suite `optimum` are cut from, and the table of suites that lend some of it."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -43,14 +43,17 @@ class Workers:
         return self.scheduler or str(self.jobs)
 
     def run(
-        self, function: Callable[[Task], Outcome], tasks: Iterable[Task]
+        self,
+        function: Callable[[Task], Outcome],
+        tasks: Iterable[Task],
+        row: Callable[[Task], Hashable],
     ) -> Iterator[tuple[Task, Outcome]]:
-        """Yield each task with its outcome, as they finish."""
+        """Yield each task with its outcome, as they finish; see `run_tasks`."""
         if self.scheduler is not None:
             return run_on_cluster(function, tasks, self.scheduler)
         if self.jobs == 1:
             return run_here(function, tasks)
-        return run_in_processes(function, tasks, self.jobs, row=_row, died=failed)
+        return run_in_processes(function, tasks, self.jobs, row=row, died=failed)
 
 
 def run_alone(
@@ -78,6 +81,7 @@ def run_tasks(
     identity: Callable[[Task, Scope], str],
     *,
     is_timed: Callable[[Task], bool] = lambda task: False,
+    row: Callable[[Task], Hashable] = _row,
 ) -> int:
     """Run the tasks that a folder's journal has not, then write the tables of all.
 
@@ -92,6 +96,8 @@ def run_tasks(
     function : runs one task
     identity : what a finished task must have been run with to count as finished
     is_timed : whether a task measures times
+    row : what neighbouring tasks have in common for which something is built: they stay with
+        the process that built it
 
     Returns
     -------
@@ -104,7 +110,7 @@ def run_tasks(
         run_one = partial(function, scope=scope)
         quick = [task for task in todo if not is_timed(task)]
         timed = [task for task in todo if is_timed(task)]
-        for task, outcome in chain(workers.run(run_one, quick), run_alone(run_one, timed)):
+        for task, outcome in chain(workers.run(run_one, quick, row), run_alone(run_one, timed)):
             with undisturbed():
                 journal.append(task, made_with[task], outcome)
                 advance(1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -57,6 +57,7 @@ class Suite:
     own : what the report must know of a scope beside its tasks, for ``run.json``
     made_of : what else results depend on within a scope: a hash; empty where nothing
     reads : the folder within `Scope.data` that a task reads; empty where it reads none
+    row : what tasks that stand together have in common for which something is built
     is_timed : whether its figures are times: its tasks run after all others, one at a time
     """
 
@@ -72,4 +73,5 @@ class Suite:
     own: Callable[[Scope], Mapping[str, Any]] = lambda _: {}
     made_of: Callable[[Scope], str] = lambda _: ""
     tables: Callable[[Results], Sequence[Table]] = lambda _: ()
+    row: Callable[[Task], Hashable] = lambda task: (task.case, task.sensors, task.estimator)
     is_timed: bool = False

@@ -25,7 +25,6 @@ from mhe.realtime import Mhe
 from mhe.trajectory import Trajectory, driven
 from mhe.window_memory import View, window_memory
 from models.arrays import Array
-from models.errors import InputError
 from models.gaussian import GaussianState
 from models.names import unknown
 from models.random_streams import stream
@@ -74,33 +73,20 @@ class WindowCase:
     guess: Trajectory
 
 
-def window_table(
-    windows: int, seed: int = 0, horizons: tuple[int, ...] | None = None
-) -> tuple[WindowKey, ...]:
-    """Return the keys of a table: bodies in turn, each with its kinds in turn, no two seeds alike.
+def window_key(seed: int, horizons: tuple[int, ...] = HORIZONS) -> WindowKey:
+    """Return the key of a seed: bodies in turn, each with its kinds in turn.
 
     Parameters
     ----------
-    horizons : N of one window after the other, of bodies that have none of their own; by default
-        `HORIZONS`
-
-    Raises
-    ------
-    InputError
-        If it would be empty.
+    horizons : N of one window after the other, of bodies that have none of their own
     """
-    if windows < 1:
-        raise InputError(f"windows is {windows}, expected at least 1")
     bodies = list(window_bodies().items())
-    keys = []
-    for i in range(windows):
-        turn, place = divmod(i, len(bodies))
-        name, body = bodies[place]
-        kind = body.kinds[turn % len(body.kinds)]
-        lengths = body.horizons.get(kind) or horizons or HORIZONS
-        horizon = lengths[(place + turn // len(body.kinds)) % len(lengths)]
-        keys.append(WindowKey(seed + i, name, kind, horizon))
-    return tuple(keys)
+    turn, place = divmod(seed, len(bodies))
+    name, body = bodies[place]
+    kind = body.kinds[turn % len(body.kinds)]
+    lengths = body.horizons.get(kind) or horizons
+    horizon = lengths[(place + turn // len(body.kinds)) % len(lengths)]
+    return WindowKey(seed, name, kind, horizon)
 
 
 def window_case(key: WindowKey) -> WindowCase:

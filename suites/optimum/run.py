@@ -7,8 +7,7 @@ by a Newton step from where it ended (`suites.optimum.newton_step`), whatever it
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
@@ -120,35 +119,6 @@ class WindowRow:
         return "two minima" + (f": {where[0]}, IPOPT {where[1]}" if self.at_bounds else "")
 
 
-@dataclass(frozen=True)
-class WindowSummary:
-    """All rows together.
-
-    Parameters
-    ----------
-    verdicts : verdict → number of windows
-    newest_distance, relative : largest in the same minimum
-    missed : rows in the same minimum that are farther apart than the limits
-    above, below : rows in a higher or a lower minimum than IPOPT's
-    ipopt_failed : rows where IPOPT's Newton step left is longer than `LONGEST_LEFT`
-    carried_on : number of windows where IPOPT needed a second run
-    """
-
-    verdicts: Mapping[str, int]
-    newest_distance: float
-    relative: float
-    missed: tuple[WindowRow, ...]
-    above: tuple[WindowRow, ...]
-    below: tuple[WindowRow, ...]
-    ipopt_failed: tuple[WindowRow, ...]
-    carried_on: int
-
-    @property
-    def near_anyway(self) -> int:
-        """Number of windows where IPOPT failed and the solver has at most `NEWEST_LIMIT` left."""
-        return sum(row.newton_length <= NEWEST_LIMIT for row in self.ipopt_failed)
-
-
 def compare(key: WindowKey, solver: str = Mhe.name) -> WindowRow:
     """Solve a window both ways.
 
@@ -193,24 +163,6 @@ def judged(relative: float, ipopt_newton_length: float) -> str:
     if relative < -SAME_COST:
         return BELOW
     return SAME if relative <= SAME_COST else ABOVE
-
-
-def summary(rows: Sequence[WindowRow]) -> WindowSummary:
-    """Put rows together."""
-    count = Counter(row.verdict for row in rows)
-    same, above, below, failed = (
-        [row for row in rows if row.verdict == verdict] for verdict in VERDICTS
-    )
-    return WindowSummary(
-        {verdict: count[verdict] for verdict in VERDICTS},
-        max((row.newest_distance for row in same), default=0.0),
-        max((abs(row.relative) for row in same), default=0.0),
-        tuple(row for row in same if not row.holds),
-        tuple(above),
-        tuple(below),
-        tuple(failed),
-        sum(row.ipopt_runs > 1 for row in rows),
-    )
 
 
 def _at_bounds(model: StateSpaceModel, trajectory: Trajectory, std: Array) -> int:

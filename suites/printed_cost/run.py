@@ -19,7 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from estimation.estimator import run
+from benchmark.tasks.history import outcome
+from benchmark.tasks.task import Outcome, Quantity
+from estimation.estimate import EstimateHistory
+from estimation.estimator import Estimator, run
 from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.gentle_hand import at_speed, white_jerk_writing
@@ -28,13 +31,15 @@ from models.pen_config import PenConfig
 from models.pen_file import parse_pen
 from models.printed import PRINTED_ERRORS, PrintedError
 from models.state_space import StateSpaceModel
-from pen_mhe.errors import ERROR_COLUMNS, root_mean_square, state_errors
+from pen_mhe.errors import ERROR_COLUMNS
 from pen_mhe.estimators import create_estimator
 from recordings.simulate_pen import simulate
+from suites.pen_quantities import pen_quantities
 
 MOTION = "handwriting"
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0)
-SEEDS = (0, 1, 2, 3, 4)
+"""Factors of the motion's own speed."""
+CASES: Mapping[str, float] = MappingProxyType({f"speed {speed:g}": speed for speed in SPEEDS})
 DURATION_S, SETTLING_S = 4.0, 1.0
 """Length of a run, and its begin that is left out of the errors."""
 
@@ -108,7 +113,8 @@ CONFIGURATIONS: Mapping[str, PrintedConfiguration] = MappingProxyType(
         "without camera": PrintedConfiguration(("accel", "gyro", "area"), ("elevation_deg",)),
     }
 )
-COLUMNS = ("elevation_deg", "azimuth_deg", "tip_mm")
+TIP_SPEED, ACCEL_ERROR, ACCEL_NOISE = "tip speed", "accelerometer error", "accelerometer noise"
+ESTIMATED = ("tip", "elevation", "azimuth")
 
 
 def paper_pen(errors: Sequence[PrintedError] = (), speed: float = 1.0) -> PenConfig:
@@ -125,7 +131,7 @@ def simulated(speed: float, seed: int, duration_s: float) -> Recording:
 
 
 @dataclass(frozen=True)
-class CostTask:
+class CostCase:
     """A model at a speed with the sensors of a configuration.
 
     Parameters
@@ -133,61 +139,51 @@ class CostTask:
     speed : factor of the motion's own speed
     sensors : a key of `CONFIGURATIONS`
     model : a key of `MODELS`
-    seeds : of motion and noise; at least two
-    duration_s : of each run
     """
 
     speed: float
     sensors: str
     model: str
-    seeds: tuple[int, ...] = SEEDS
-    duration_s: float = DURATION_S
 
 
-def cost_tasks(
-    speeds: Sequence[float] = SPEEDS,
-    seeds: Sequence[int] = SEEDS,
-    duration_s: float = DURATION_S,
-) -> list[CostTask]:
-    """Return every model at every speed with every configuration."""
-    return [
-        CostTask(speed, sensors, model, tuple(seeds), duration_s)
-        for speed in speeds
-        for sensors in CONFIGURATIONS
-        for model in MODELS
-    ]
+def run_cost(case: CostCase, seed: int, duration_s: float = DURATION_S) -> Outcome:
+    """Return what a model costs in a run.
 
+    `TIP_SPEED`; `ACCEL_ERROR`: length of what the model's accelerometer says too much;
+    `ACCEL_NOISE`: standard deviation of one axis; and the errors of the estimate.
 
-def cost_row(task: CostTask) -> dict[str, Any]:
-    """Return what a model costs.
-
-    ``tip_speed_mm_s`` (RMS), ``accel_error_m_s2`` (RMS length of what the model's
-    accelerometer says too much), ``accel_noise_m_s2`` (std of one axis); RMS errors of the
-    estimate, mean over the seeds, and their standard deviation ``…_spread``; NaN where the
-    sensors cannot see a state.
+    Parameters
+    ----------
+    seed : of motion and noise
     """
-    recordings = _recordings(task.speed, task.seeds, task.duration_s)
-    rigid, model = (_model(task.speed, task.sensors, name) for name in (RIGID_BODY, task.model))
-    too_much = [accelerometer_error(model, rigid, recording) for recording in recordings]
-    return {
-        "speed": task.speed,
-        "tip_speed_mm_s": 1e3 * _length_rms([_tip_velocity(each) for each in recordings]),
-        "sensors": task.sensors,
-        "model": task.model,
-        "accel_error_m_s2": _length_rms(too_much),
-        "accel_noise_m_s2": float(model.sensor("accel").noise_std[0]),
-        **_estimation_errors(model, recordings, CONFIGURATIONS[task.sensors].columns),
-    }
+    recording = _recording(case.speed, seed, duration_s)
+    rigid, model = (_model(case.speed, case.sensors, name) for name in (RIGID_BODY, case.model))
+    history = run(_ekf(case), recording.select([each.name for each in model.measured_sensors]))
+    return outcome(
+        model.name,
+        history,
+        [
+            Quantity.of_errors(TIP_SPEED, "mm/s", 1e3 * _tip_velocity(recording)),
+            Quantity.of_errors(ACCEL_ERROR, "m/s²", accelerometer_error(model, rigid, recording)),
+            Quantity.single(ACCEL_NOISE, "m/s²", float(model.sensor("accel").noise_std[0])),
+            *_estimation_errors(case, model, history, _truth(recording)),
+        ],
+    )
 
 
-@lru_cache(maxsize=1)
-def _recordings(speed: float, seeds: tuple[int, ...], duration_s: float) -> tuple[Recording, ...]:
-    return tuple(simulated(speed, seed, duration_s) for seed in seeds)
+@lru_cache(maxsize=64)
+def _recording(speed: float, seed: int, duration_s: float) -> Recording:
+    return simulated(speed, seed, duration_s)
 
 
 @lru_cache(maxsize=2)
 def _model(speed: float, sensors: str, name: str) -> StateSpaceModel:
     return pen_model(paper_pen(MODELS[name], speed), CONFIGURATIONS[sensors].sensors)
+
+
+@lru_cache(maxsize=1)
+def _ekf(case: CostCase) -> Estimator[Any]:
+    return create_estimator("ekf", _model(case.speed, case.sensors, case.model))
 
 
 def accelerometer_error(
@@ -200,26 +196,14 @@ def accelerometer_error(
 
 
 def _estimation_errors(
-    model: StateSpaceModel,
-    recordings: Sequence[Recording],
-    columns: Sequence[str],
-) -> dict[str, float]:
-    """Return mean and spread over the recordings of the RMS error per column."""
-    estimator = create_estimator("ekf", model)
-    runs = []
-    measured = [sensor.name for sensor in model.measured_sensors]
-    for recording in recordings:
-        history = run(estimator, recording.select(measured))
-        settled = state_errors(model, history, _truth(recording))[history.time_s >= SETTLING_S]
-        runs.append(
-            root_mean_square(history.names, settled, {c: ERROR_COLUMNS[c] for c in columns})
-        )
-    result = {}
-    for column in COLUMNS:
-        values = np.array([errors.get(column, np.nan) for errors in runs])
-        result[column] = float(values.mean())
-        result[f"{column}_spread"] = float(values.std(ddof=1))
-    return result
+    case: CostCase, model: StateSpaceModel, history: EstimateHistory, truth: Truth
+) -> list[Quantity]:
+    """Return the errors of tip, azimuth and elevation; of the rates the sensors say it all."""
+    columns = CONFIGURATIONS[case.sensors].columns
+    shown = {name for column in columns for name in ERROR_COLUMNS[column][0]}
+    seen = {name: name in shown for name in history.names}
+    found = pen_quantities(model, history, truth, seen, settling_s=SETTLING_S)
+    return [quantity for quantity in found if quantity.name in ESTIMATED]
 
 
 def _truth(recording: Recording) -> Truth:
@@ -230,8 +214,3 @@ def _truth(recording: Recording) -> Truth:
 def _tip_velocity(recording: Recording) -> Array:
     truth = _truth(recording)
     return truth.values[:, [truth.names.index(f"tip_{axis}_velocity_m_s") for axis in "xyz"]]
-
-
-def _length_rms(vectors: Sequence[Array]) -> float:
-    """Return the RMS length of vectors, each item (n, 3)."""
-    return float(np.sqrt((np.concatenate(vectors) ** 2).sum(axis=1).mean()))

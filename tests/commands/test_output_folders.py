@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from commands.cli import app
 
 COMMANDS = (
-    *(("optimum",), ("printed-cost",), ("real-time",)),
+    *(("real-time",),),
     *(("benchmark", "pen"), ("benchmark", "speed")),
 )
 

@@ -130,8 +130,6 @@ REFUSED: dict[str, tuple[str, ...]] = {
     "benchmark, an estimator": ("benchmark", "pen", "--estimators", "ekv", "--output", "r"),
     "benchmark, a typo": ("benchmark", "pen", "--output", "typo/r"),
     "benchmark speed, a typo": ("benchmark", "speed", "--output", "typo/r"),
-    "optimum, a typo": ("optimum", "--output", "typo/r"),
-    "printed-cost, a typo": ("printed-cost", "--output", "typo/r"),
     "real-time, a typo": ("real-time", "--output", "typo/r"),
     "consistency, a pen": ("benchmark", "consistency", "--pen", "bad.toml", "--output", "r"),
     "report, no run": ("report", "typo", "--pictures", "figures"),

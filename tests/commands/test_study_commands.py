@@ -1,20 +1,15 @@
-"""The commands that answer a question: observe, printed-cost."""
+"""The command that answers a question about a pen: observe."""
 
 from __future__ import annotations
 
-from functools import cache, partial
-from pathlib import Path
+from functools import cache
 from typing import Any
 
-import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
 from commands.cli import app
 from pen_mhe.sensor_verdict import MOTIONS
-from suites.printed_cost import study
-from suites.printed_cost.run import CONFIGURATIONS, MODELS
-from suites.printed_cost.study import run_printed_cost
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -88,31 +83,3 @@ def test_without_the_area_observe_says_that_nothing_holds_the_tip() -> None:
 )
 def test_a_bad_call_gets_one_sentence(arguments: tuple[str, ...], sentence: str) -> None:
     check_sentence(call(*arguments), sentence)
-
-
-def test_printed_cost_writes_table_and_figure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    few = partial(run_printed_cost, speeds=(1.0,), seeds=(3, 4), duration_s=1.1)
-    monkeypatch.setattr(study, "run_printed_cost", few)
-    output = tmp_path / "made"
-    result = call("printed-cost", "--output", str(output))
-    assert result.exit_code == 0, result.stderr
-    assert sorted(path.name for path in output.iterdir()) == [
-        "journal-printed-cost.jsonl",
-        "journal-printed-cost.jsonl.lock",
-        "printed_cost.csv",
-        "printed_cost.png",
-    ]
-    assert (output / "printed_cost.png").read_bytes().startswith(b"\x89PNG")
-    table = pd.read_csv(output / "printed_cost.csv")
-    pairs = [(sensors, model) for sensors in CONFIGURATIONS for model in MODELS]
-    assert list(zip(table["sensors"], table["model"], strict=True)) == pairs
-    blind = table["sensors"] == "without camera"
-    assert set(table.loc[blind, "azimuth_deg"]) == {"not observable"}
-    assert (table.loc[~blind, "azimuth_deg"].astype(float) > 0).all()
-    assert "RMS errors of the EKF, mean ± spread over 2 seeds of 'handwriting', 1.1 s each" in (
-        result.stdout
-    )
-    assert result.stdout.count("| 1 | ") == len(pairs)
-    assert f"table and figure in {output}" in result.stdout

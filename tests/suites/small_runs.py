@@ -18,8 +18,6 @@ from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Task
 from commands import benchmark_run
 from commands.sentences import one_sentence
-from suites.optimum.study import run_optimum
-from suites.printed_cost.study import run_printed_cost
 from suites.real_time.study import run_real_time
 from suites.speed.problems import find_problem
 from suites.speed.study import run_speed
@@ -66,11 +64,14 @@ def suite(
     tasks: int,
     chosen: Callable[[Task], bool] = lambda task: True,
     data: str | None = None,
+    *,
+    seeds: int = 2,
+    is_quick: bool = False,
 ) -> SmallRun:
     """The last tasks of a suite; they are the quickest."""
 
     def run(folder: Path) -> None:
-        scope = Scope(2, data)
+        scope = Scope(seeds, data)
         some = [task for task in find_suite(name).tasks(scope) if chosen(task)][-tasks:]
         benchmark_run.chosen_tasks = lambda suites, scope: some  # type: ignore[assignment]
         benchmark_run.show_report = lambda folder: None  # type: ignore[assignment]
@@ -82,6 +83,7 @@ def suite(
         lambda folder: folder / NAME,
         ("results.parquet", "series.parquet"),
         data is not None,
+        is_quick,
     )
 
 
@@ -99,24 +101,13 @@ def small_suites(data: str) -> dict[str, SmallRun]:
         "real": suite("real", 8, is_ekf, data),
         "bad-starts": suite("bad-starts", 8, is_ekf),
         "consistency": suite("consistency", 8, is_ekf),
+        "optimum": suite("optimum", 6, seeds=30),
+        "printed-cost": suite("printed-cost", 10, is_quick=True),
     }
 
 
 STUDIES: Mapping[str, SmallRun] = MappingProxyType(
     {
-        "printed-cost": study(
-            "printed-cost",
-            lambda folder: run_printed_cost(folder, (1.0,), (3, 4), 1.1),
-            10,
-            ("printed_cost.csv",),
-            is_quick=True,
-        ),
-        "optimum": study(
-            "optimum",
-            lambda folder: run_optimum(folder, 6, JOBS, 11),
-            6,
-            ("optimum.csv",),
-        ),
         "real-time": study(
             "real-time",
             lambda folder: run_real_time(

@@ -17,7 +17,7 @@ from benchmark.tasks.task import FAILED, OK, Outcome, Quantity, Task, failed
 from models.errors import InputError
 from suites import execute as execute_module
 from suites.execute import chosen_tasks, execute
-from tests.benchmark.runner.workload import tasks, threads
+from tests.benchmark.runner.workload import no_identity, process_id, tasks, threads
 
 SCOPE = Scope()
 
@@ -127,6 +127,25 @@ def test_what_measures_times_starts_no_threads(
     found = dict(run_alone(threads, tasks(2)))
     assert {outcome.reason for outcome in found.values()} == {repr(dict(SINGLE_THREADED))}
     assert not any(name in os.environ for name in SINGLE_THREADED)
+
+
+def test_what_shares_a_row_is_run_by_one_process(tmp_path: Path) -> None:
+    """Tasks of two cases in turn, so that by case each would be a row of its own."""
+    some = tasks(10)
+    rows = {task: task.seed // 5 for task in some}
+    run_tasks(
+        some,
+        SCOPE,
+        Workers(2),
+        tmp_path,
+        lambda _: lambda _: None,
+        process_id,
+        no_identity,
+        row=rows.__getitem__,
+    )
+    found = read_tables(tmp_path).rows.set_index("seed")["bias"]
+    first, second = (set(found[[seed, seed + 1, seed + 2]]) for seed in (0, 5))
+    assert len(first) == len(second) == len(first | second) - 1
 
 
 def test_an_unknown_suite_is_a_failed_task() -> None:

@@ -25,7 +25,6 @@ from suites.optimum.run import (
     WindowRow,
     compared,
     judged,
-    summary,
 )
 from tests.mhe import pendulum
 from tests.references.gauss_newton import DenseWindow, gauss_newton_step, line_search
@@ -160,12 +159,7 @@ def test_an_unfinished_solution_is_found_out() -> None:
     reference_stopped = compared(case, whole, no_reference)
     assert reference_stopped.verdict == IPOPT_FAILED
     assert reference_stopped.ipopt_runs == 2
-    found = summary([itself, stopped, reference_stopped])
-    assert found.verdicts == {SAME: 1, ABOVE: 1, BELOW: 0, IPOPT_FAILED: 1}
-    assert (found.newest_distance, found.relative, found.missed) == (0.0, 0.0, ())
-    assert found.above == (stopped,)
-    assert found.ipopt_failed == (reference_stopped,)
-    assert found.near_anyway == 1
+    assert reference_stopped.newton_length <= NEWEST_LIMIT
 
 
 def test_a_reference_that_stalls_is_carried_on() -> None:

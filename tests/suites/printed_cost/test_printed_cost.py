@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 import pytest
 
+from benchmark.tasks.task import Outcome, Quantity
 from estimation.estimator import run
 from estimation.recording import Recording
 from models.arrays import Array
@@ -20,10 +20,10 @@ from suites.printed_cost.run import (
     MODELS,
     RIGID_BODY,
     SETTLING_S,
+    CostCase,
     accelerometer_error,
-    cost_row,
-    cost_tasks,
     paper_pen,
+    run_cost,
     simulated,
 )
 from tests.references import pen_readings
@@ -93,53 +93,76 @@ def test_all_errors_are_the_sum_of_each(recording: Recording) -> None:
 
 
 @pytest.fixture(scope="module")
-def table() -> pd.DataFrame:
+def outcomes() -> dict[tuple[str, str, int], Outcome]:
+    """Sensors, model and seed → what a run at the motion's own speed found."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("estimation.native.compiler", lambda: None)
-        return pd.DataFrame(map(cost_row, cost_tasks((1.0,), SEEDS, DURATION_S)))
+        return {
+            (sensors, model, seed): run_cost(CostCase(1.0, sensors, model), seed, DURATION_S)
+            for sensors in CONFIGURATIONS
+            for model in MODELS
+            for seed in SEEDS
+        }
 
 
-def test_one_row_per_configuration_and_model(table: pd.DataFrame) -> None:
-    rows = list(zip(table["sensors"], table["model"], strict=True))
-    assert rows == [(label, model) for label in CONFIGURATIONS for model in MODELS]
-    blind = table["sensors"] == "without camera"
-    assert table.loc[blind, ["azimuth_deg", "tip_mm"]].isna().all().all()
-    assert not table.loc[~blind].isna().any().any()
-    assert not table["elevation_deg"].isna().any()
+def named(outcome: Outcome) -> dict[str, Quantity]:
+    return {quantity.name: quantity for quantity in outcome.quantities}
 
 
-def test_errors_of_the_models_in_the_table(table: pd.DataFrame) -> None:
-    """RMS length over all seeds and instants of the errors above."""
-    recordings = [simulated(1.0, seed, DURATION_S) for seed in SEEDS]
-    rigid = model_of(RIGID_BODY)
-    for name in MODELS:
-        errors = [accelerometer_error(model_of(name), rigid, r) for r in recordings]
-        length = np.linalg.norm(np.vstack(errors), axis=1)
-        in_table = table.loc[table["model"] == name, "accel_error_m_s2"]
-        assert in_table.to_list() == pytest.approx([np.sqrt(np.mean(length**2))] * 2, rel=1e-12)
+def test_only_what_a_camera_shows_needs_one(
+    outcomes: dict[tuple[str, str, int], Outcome],
+) -> None:
+    for (sensors, _, _), outcome in outcomes.items():
+        quantities = named(outcome)
+        seen = {name for name, quantity in quantities.items() if quantity.observable}
+        blind = set() if sensors == "with camera" else {"tip", "azimuth"}
+        assert set(quantities) - seen == blind
+        assert {"elevation", "tip speed", "accelerometer error", "accelerometer noise"} <= seen
+        assert outcome.solved_fraction == 1.0
 
 
-def test_mean_and_spread_are_over_the_seeds(table: pd.DataFrame) -> None:
+def test_errors_of_the_models_are_what_a_run_finds(
+    outcomes: dict[tuple[str, str, int], Outcome],
+) -> None:
+    """RMS length over all instants of the errors above; and the speed of the true tip."""
+    rigid, models = model_of(RIGID_BODY), {name: model_of(name) for name in MODELS}
+    for seed in SEEDS:
+        played = simulated(1.0, seed, DURATION_S)
+        assert played.truth is not None
+        names = [f"tip_{axis}_velocity_m_s" for axis in "xyz"]
+        speed = np.linalg.norm(played.truth.states(names, played.truth.time_s), axis=1)
+        for name, model in models.items():
+            length = np.linalg.norm(accelerometer_error(model, rigid, played), axis=1)
+            for sensors in CONFIGURATIONS:
+                found = named(outcomes[sensors, name, seed])
+                error, tip = found["accelerometer error"], found["tip speed"]
+                assert error.rmse == pytest.approx(np.sqrt(np.mean(length**2)), rel=1e-12)
+                assert tip.rmse == pytest.approx(1e3 * np.sqrt(np.mean(speed**2)), rel=1e-12)
+
+
+def test_errors_of_the_estimate_leave_out_its_begin(
+    outcomes: dict[tuple[str, str, int], Outcome],
+) -> None:
     model = model_of(AS_PRINTED)
-    tips = []
     for seed in SEEDS:
         recording = simulated(1.0, seed, DURATION_S).select(["accel", "gyro", "camera"])
         history = run(create_estimator("ekf", model), recording)
         assert recording.truth is not None
         errors = state_errors(model, history, recording.truth)[history.time_s >= SETTLING_S]
-        tips.append(
-            root_mean_square(
-                history.names, errors, {"mm": (("tip_x_m", "tip_y_m", "tip_z_m"), 1e3)}
-            )
+        expected = root_mean_square(
+            history.names, errors, {"mm": (("tip_x_m", "tip_y_m", "tip_z_m"), 1e3)}
         )
-    first, second = (tip["mm"] for tip in tips)
-    row = table[(table["sensors"] == "with camera") & (table["model"] == AS_PRINTED)].iloc[0]
-    assert row["tip_mm"] == pytest.approx((first + second) / 2, rel=1e-12)
-    assert row["tip_mm_spread"] == pytest.approx(abs(first - second) / np.sqrt(2), rel=1e-12)
+        found = named(outcomes["with camera", AS_PRINTED, seed])
+        assert found["tip"].rmse == pytest.approx(expected["mm"], rel=1e-12)
 
 
-def test_the_tip_pays_for_e2_and_e3_not_for_e4(table: pd.DataFrame) -> None:
-    with_camera = table[table["sensors"] == "with camera"].set_index("model")["tip_mm"]
-    assert with_camera["E2 only"] > 2 * with_camera[RIGID_BODY]
-    assert with_camera["E3 only"] > 2 * with_camera[RIGID_BODY]
-    assert with_camera["E4 only"] == pytest.approx(with_camera[RIGID_BODY], rel=0.05)
+def test_the_tip_pays_for_e2_and_e3_not_for_e4(
+    outcomes: dict[tuple[str, str, int], Outcome],
+) -> None:
+    tip = {
+        model: np.mean([named(outcomes["with camera", model, seed])["tip"].rmse for seed in SEEDS])
+        for model in MODELS
+    }
+    assert tip["E2 only"] > 2 * tip[RIGID_BODY]
+    assert tip["E3 only"] > 2 * tip[RIGID_BODY]
+    assert tip["E4 only"] == pytest.approx(tip[RIGID_BODY], rel=0.05)
