@@ -7,7 +7,11 @@ from types import MappingProxyType
 
 from models.errors import InputError
 
-REPLACED: Mapping[str, str] = MappingProxyType({})
+REPLACED: Mapping[str, str] = MappingProxyType(
+    {
+        "real-time": "pen-mhe benchmark real-time",
+    }
+)
 """Command → the one that replaces it."""
 
 

@@ -9,12 +9,11 @@ from typing import Annotated
 import typer
 
 from benchmark.runner.interrupts import not_swallowed
-from commands.benchmark_commands import DataOption, benchmark, report
+from commands.benchmark_commands import benchmark, report
 from commands.lists import LISTS, complete_sensors, completing_several
 from commands.options import JobsOption, PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
 from estimation.output_folder import RESULTS
-from models.errors import InputError
 
 EstimatorsOption = Annotated[
     str,
@@ -130,21 +129,6 @@ def optimum(
         study.run_optimum(output, windows, jobs, seed)
 
 
-def real_time(
-    output: Annotated[Path, typer.Option(help="Folder for table and figure.")] = RESULTS
-    / "real_time",
-    data: DataOption = None,
-    steps: Annotated[int, typer.Option(help="By the clock, per estimator.", min=1)] = 100_000,
-) -> None:
-    """Measure a step of the real-time MHE: kept factors, deadlines, time per real sample."""
-    from suites.real_time.study import run_real_time  # tables and figures are slow to import
-
-    with one_sentence():
-        if data is not None and not data.is_dir():
-            raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
-        run_real_time(output, data, steps)
-
-
 COMMANDS: Mapping[str, Callable[..., None]] = {
     "benchmark": benchmark,
     "report": report,
@@ -153,6 +137,5 @@ COMMANDS: Mapping[str, Callable[..., None]] = {
     "bad-starts": bad_starts,
     "printed-cost": printed_cost,
     "optimum": optimum,
-    "real-time": real_time,
 }
 """Name → function of every command here."""

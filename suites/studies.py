@@ -11,9 +11,7 @@ STUDIES: Mapping[str, str] = MappingProxyType(
         "bad-starts": "suites.bad_starts.study",
         "printed-cost": "suites.printed_cost.study",
         "optimum": "suites.optimum.study",
-        "real-time": "suites.real_time.study",
-        "speed": "suites.speed.study",
     }
 )
 """Study → module that runs it. Under its name it is a command and keeps what it has found, see
-`benchmark.runner.kept`; ``speed`` is one of the command ``benchmark``."""
+`benchmark.runner.kept`."""

@@ -25,7 +25,12 @@ MODULES: Mapping[str, str] = MappingProxyType(
 )
 """Suite → module that has it as `SUITE`: what runs where no suite is named."""
 
-BY_NAME: Mapping[str, str] = MappingProxyType({})
+BY_NAME: Mapping[str, str] = MappingProxyType(
+    {
+        "real-time": "suites.real_time.suite",
+        "speed": "suites.speed.suite",
+    }
+)
 """Suites that run only where they are named: they take longer, or ask about the estimators."""
 
 OWN_PEN = "own-pen"

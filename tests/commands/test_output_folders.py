@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from commands.cli import app
 
 COMMANDS = (
-    *(("consistency",), ("bad-starts",), ("optimum",), ("printed-cost",), ("real-time",)),
-    *(("benchmark", "pen"), ("benchmark", "speed")),
+    *(("consistency",), ("bad-starts",), ("optimum",), ("printed-cost",)),
+    *(("benchmark", "pen"), ("benchmark", "speed"), ("benchmark", "real-time")),
 )
 
 

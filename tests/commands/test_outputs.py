@@ -132,7 +132,7 @@ REFUSED: dict[str, tuple[str, ...]] = {
     "benchmark speed, a typo": ("benchmark", "speed", "--output", "typo/r"),
     "optimum, a typo": ("optimum", "--output", "typo/r"),
     "printed-cost, a typo": ("printed-cost", "--output", "typo/r"),
-    "real-time, a typo": ("real-time", "--output", "typo/r"),
+    "benchmark real-time, a typo": ("benchmark", "real-time", "--output", "typo/r"),
     "consistency, a pen": ("consistency", "--pen", "bad.toml", "--output", "r"),
     "consistency, a typo": ("consistency", "--output", "typo/r"),
     "bad-starts, a typo": ("bad-starts", "--output", "typo/r"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -22,10 +21,6 @@ from suites.bad_starts.study import run_bad_starts
 from suites.consistency.study import run_consistency
 from suites.optimum.study import run_optimum
 from suites.printed_cost.study import run_printed_cost
-from suites.real_time.study import run_real_time
-from suites.speed.problems import find_problem
-from suites.speed.study import run_speed
-from suites.speed.suite import StreamPlan
 from suites.table import find_suite
 
 JOBS = 2
@@ -99,6 +94,9 @@ def small_suites(data: str) -> dict[str, SmallRun]:
         "classics": suite("classics", 8, is_ekf),
         "faults": suite("faults", 8, is_ekf),
         "real": suite("real", 8, is_ekf, data),
+        # Two races of each.
+        "real-time": suite("real-time", 22, lambda task: task.case == "turntable_20"),
+        "speed": suite("speed", 26, lambda task: task.case.startswith("turntable_20")),
     }
 
 
@@ -130,25 +128,6 @@ STUDIES: Mapping[str, SmallRun] = MappingProxyType(
             lambda folder: run_optimum(folder, 6, JOBS, 11),
             6,
             ("optimum.csv",),
-        ),
-        "real-time": study(
-            "real-time",
-            lambda folder: run_real_time(
-                folder, None, 50, horizons=(4,), thresholds=(0.5, math.inf)
-            ),
-            5,
-            ("real_time.json",),
-        ),
-        "speed": study(
-            "speed",
-            lambda folder: run_speed(
-                folder,
-                [find_problem("turntable_20"), find_problem("turntable_20_bounded")],
-                3,
-                StreamPlan(2, 1, 1),
-            ),
-            4,
-            ("speed.json", "problem_turntable_20.npz", "problem_turntable_20_bounded.npz"),
         ),
     }
 )
