@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -17,10 +17,6 @@ from models.errors import InputError
 from models.names import unknown
 from suites.table import MODULES, NAMED, OF_OWN_PEN
 
-SPEED = "speed"
-"""The suite that times solvers by itself, see `suites.speed.study`."""
-
-
 DataOption = Annotated[
     Path | None, typer.Option(help="Folder with real recordings.", envvar="PEN_MHE_DATA")
 ]
@@ -28,14 +24,14 @@ DataOption = Annotated[
 
 def complete_suites(incomplete: str) -> list[str]:
     """Complete the name of a suite."""
-    return [name for name in (*NAMED, SPEED) if name.startswith(incomplete)]
+    return [name for name in NAMED if name.startswith(incomplete)]
 
 
 def benchmark(
     suites: Annotated[
         list[str] | None,
         typer.Argument(
-            help=f"{{suites}} (default: all of these); {{suites_by_name}}; or {SPEED} alone.",
+            help="{suites} (default: all of these); {suites_by_name}.",
             autocompletion=complete_suites,
         ),
     ] = None,
@@ -77,28 +73,13 @@ def benchmark(
         Path | None,
         typer.Option(help="Of --pen, suite pen: a recording of it, instead of a motion."),
     ] = None,
-    problems: Annotated[
-        str | None, typer.Option(help=f"Of {SPEED}: names with commas; by default all.")
-    ] = None,
-    windows: Annotated[
-        int | None, typer.Option(help=f"Of {SPEED}: at most so many per problem.", min=1)
-    ] = None,
 ) -> None:
     """Run the suites and write the report: which sensors, and which estimator."""
     with one_sentence():
-        if suites == [SPEED]:
-            if estimators is not None:
-                raise InputError(f"--estimators is not of suite {SPEED}, expected other suites")
-            _speed(output, names(problems), windows)
-            return
-        if problems is not None or windows is not None:
-            raise InputError(f"--problems and --windows are of suite {SPEED}, expected it alone")
         chosen = suites or list(MODULES)
         for suite in chosen:
-            if suite == SPEED:
-                raise InputError(f"suite {SPEED} among others, expected it alone: it needs quiet")
             if suite not in NAMED:
-                raise unknown("suite", suite, (*NAMED, SPEED))
+                raise unknown("suite", suite, NAMED)
         if data is not None and not data.is_dir():
             raise InputError(f"data folder {data} does not exist, expected a folder of recordings")
         from benchmark.runner.run import Workers  # tables and figures are slow to import
@@ -154,12 +135,3 @@ def report(
 
     with one_sentence():
         benchmark_run.show_report(folder, pictures)
-
-
-def _speed(output: Path, keys: Sequence[str] | None, windows: int | None) -> None:
-    from suites.speed import problems, study  # tables and figures are slow to import
-
-    given: dict[str, Any] = {} if windows is None else {"windows": windows}
-    if keys is not None:
-        given["problems"] = [problems.find_problem(key) for key in keys]
-    study.run_speed(output, **given)

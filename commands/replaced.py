@@ -13,6 +13,7 @@ REPLACED: Mapping[str, str] = MappingProxyType(
         "consistency": "`pen-mhe benchmark consistency`",
         "optimum": "`pen-mhe benchmark optimum --seeds WINDOWS`",
         "printed-cost": "`pen-mhe benchmark printed-cost`",
+        "real-time": "`pen-mhe benchmark real-time`",
     }
 )
 """Command → the one that replaces it."""

@@ -3,8 +3,8 @@
 A kept stage is eliminated, when it leaves, where its factors were made: about where the arrival
 cost ``smoothed`` has it. Where sensors hold all states the newest state is then a few thousandths
 of its standard deviation from that of full passes, whatever the threshold. Most passes get
-three to four times as fast with N = 20, ten times with N = 100 (`pen-mhe real-time`): what takes
-time is the few stages that moved, not the horizon. Where sensors do not hold all states
+three to four times as fast with N = 20, ten times with N = 100 (`pen-mhe benchmark real-time`):
+what takes time is the few stages that moved, not the horizon. Where sensors do not hold all states
 (no camera: heading, position, and in its wake the elevation are not observable), what an
 estimator claims of such a direction follows from its linearisation points alone, and by
 default every pass is a full one.

@@ -7,9 +7,7 @@ from types import MappingProxyType
 
 STUDIES: Mapping[str, str] = MappingProxyType(
     {
-        "real-time": "suites.real_time.study",
-        "speed": "suites.speed.study",
     }
 )
 """Study → module that runs it. Under its name it is a command and keeps what it has found, see
-`benchmark.runner.kept`; ``speed`` is one of the command ``benchmark``."""
+`benchmark.runner.kept`."""

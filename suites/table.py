@@ -32,6 +32,8 @@ BY_NAME: Mapping[str, str] = MappingProxyType(
         "consistency": "suites.consistency.suite",
         "optimum": "suites.optimum.suite",
         "printed-cost": "suites.printed_cost.suite",
+        "real-time": "suites.real_time.suite",
+        "speed": "suites.speed.suite",
     }
 )
 """Suites that run only where they are named: they take longer, or ask about the estimators."""

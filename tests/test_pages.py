@@ -31,7 +31,8 @@ ELSEWHERE = frozenset(WORDS) - {"slow", "data", "pen"}
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 SHORTER = {
-    "benchmark speed ": "benchmark speed --problems turntable_20 --windows 4 ",
+    "benchmark speed --seeds 200": "benchmark speed --seeds 4 --cases turntable_20",
+    "suites.speed.export ": "suites.speed.export --problems turntable_20 --windows 4 -- ",
     "benchmark pen --pen MINE.toml": "benchmark pen --pen MINE.toml --seeds 1 --estimators ekf",
     "benchmark pen tilt": "benchmark tilt",
     "--seeds 20": "--seeds 1",

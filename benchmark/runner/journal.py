@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -111,14 +111,23 @@ class Journal(Generic[TaskT, ResultT]):
         return (self._lines.key(task), identity) in self._offsets
 
     def append(self, task: TaskT, identity: str, result: ResultT) -> None:
-        """Add a finished task; it is with the operating system when this returns.
+        """Add a finished task, see `append_together`."""
+        self.append_together([(task, identity, result)])
 
-        Raises `InputError` where the line cannot be written: no part of it stays.
+    def append_together(self, finished: Iterable[tuple[TaskT, str, ResultT]]) -> None:
+        """Add finished tasks with their identities; the operating system has them all, or none.
+
+        Raises `InputError` where the lines cannot be written: no part of them stays.
         """
-        line = {"identity": identity, **self._lines.encoded(task, result)}
-        written = json.dumps(line, ensure_ascii=False).encode() + b"\n"
-        offset = append_whole(self.path, self._open(), written)
-        self._offsets[self._lines.key(task), identity] = offset
+        written: dict[tuple[str, str], bytes] = {}
+        for task, identity, result in finished:
+            line = {"identity": identity, **self._lines.encoded(task, result)}
+            text = json.dumps(line, ensure_ascii=False).encode() + b"\n"
+            written[self._lines.key(task), identity] = text
+        offset = append_whole(self.path, self._open(), b"".join(written.values()))
+        for key, text in written.items():
+            self._offsets[key] = offset
+            offset += len(text)
 
     def read(self, task: TaskT, identity: str) -> ResultT:
         """Return a finished task's result.

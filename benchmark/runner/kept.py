@@ -6,7 +6,6 @@ import base64
 import pickle
 import traceback
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import takewhile
@@ -18,7 +17,6 @@ from benchmark.runner.identity import code_identity
 from benchmark.runner.interrupts import interrupted, undisturbed
 from benchmark.runner.journal import Journal, LineFormat
 from benchmark.runner.processes import run_here, run_in_processes
-from benchmark.runner.single_thread import is_single_threaded, single_threaded_children
 from models.known_types import unpickled
 from pen_mhe.rooms import rooms
 
@@ -40,13 +38,10 @@ class Jobs(Generic[TaskT]):
     processes : more share the tasks; 1 runs them one after the other
     row : what neighbouring tasks have in common for which something is built: they stay with
         the process that built it
-    single_threaded : whether times are measured, so that NumPy and solvers must start no
-        threads: one process runs the tasks, this one where its environment says so already
     """
 
     processes: int = 1
     row: Callable[[TaskT], Hashable] = field(default=lambda task: task)
-    single_threaded: bool = False
 
 
 def kept_results(
@@ -118,18 +113,17 @@ def _attempts(
     goes_on: Callable[[], bool],
 ) -> Iterator[tuple[TaskT, Attempt]]:
     attempt = partial(attempted, function)
-    if jobs.processes == 1 and (is_single_threaded() or not jobs.single_threaded):
+    if jobs.processes == 1:
         yield from run_here(attempt, takewhile(lambda _: goes_on(), tasks))
         return
-    with single_threaded_children() if jobs.single_threaded else nullcontext():
-        yield from run_in_processes(
-            attempt,
-            tasks,
-            jobs.processes,
-            row=jobs.row,
-            died=lambda reason: Attempt(error=RuntimeError(reason)),
-            goes_on=goes_on,
-        )
+    yield from run_in_processes(
+        attempt,
+        tasks,
+        jobs.processes,
+        row=jobs.row,
+        died=lambda reason: Attempt(error=RuntimeError(reason)),
+        goes_on=goes_on,
+    )
 
 
 def attempted(function: Callable[[TaskT], Any], task: TaskT) -> Attempt:

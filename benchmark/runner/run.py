@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Protocol
 
@@ -56,15 +56,26 @@ class Workers:
         return run_in_processes(function, tasks, self.jobs, row=row, died=failed)
 
 
+Race = tuple[Task, ...]
+"""Tasks of one suite, case and seed that measure times: against each other, so all or none."""
+
+
 def run_alone(
-    function: Callable[[Task], Outcome], tasks: Sequence[Task]
-) -> Iterator[tuple[Task, Outcome]]:
-    """Yield each task with its outcome: one after the other, in one process without threads."""
+    function: Callable[[Task], Outcome], races: Sequence[Race]
+) -> Iterator[tuple[Race, Iterable[Outcome]]]:
+    """Yield each race with its outcomes: one after the other, in one process without threads."""
+    run_race = partial(_outcomes, function)
     if is_single_threaded():
-        yield from run_here(function, tasks)
-    elif tasks:
+        yield from run_here(run_race, races)
+    elif races:
         with single_threaded_children():
-            yield from run_in_processes(function, tasks, 1, row=_row, died=failed)
+            yield from run_in_processes(
+                run_race, races, 1, row=lambda race: race, died=lambda why: repeat(failed(why))
+            )
+
+
+def _outcomes(function: Callable[[Task], Outcome], race: Race) -> Iterable[Outcome]:
+    return [function(task) for task in race]
 
 
 def _row(task: Task) -> tuple[str, ...]:
@@ -85,7 +96,8 @@ def run_tasks(
 ) -> int:
     """Run the tasks that a folder's journal has not, then write the tables of all.
 
-    Those that measure times run when all others are finished: nothing runs beside them.
+    Those that measure times run when all others are finished: nothing runs beside them. A race
+    of which one is missing runs again as a whole.
 
     Parameters
     ----------
@@ -105,14 +117,25 @@ def run_tasks(
     """
     made_with = {task: identity(task, scope) for task in tasks}
     with outcome_journal(folder) as journal:
-        todo = [task for task in tasks if not journal.has(task, made_with[task])]
-        advance = on_start(len(todo))
+        groups: dict[Hashable, list[Task]] = {}
+        for task in tasks:
+            together = (task.suite, task.case, task.seed) if is_timed(task) else task
+            groups.setdefault(together, []).append(task)
+        todo = [
+            tuple(group)
+            for group in groups.values()
+            if not all(journal.has(task, made_with[task]) for task in group)
+        ]
+        total = sum(map(len, todo))
+        advance = on_start(total)
         run_one = partial(function, scope=scope)
-        quick = [task for task in todo if not is_timed(task)]
-        timed = [task for task in todo if is_timed(task)]
-        for task, outcome in chain(workers.run(run_one, quick, row), run_alone(run_one, timed)):
+        quick = [task for (task, *_) in todo if not is_timed(task)]
+        alone = (((task,), (outcome,)) for task, outcome in workers.run(run_one, quick, row))
+        races = run_alone(run_one, [group for group in todo if is_timed(group[0])])
+        for group, outcomes in chain(alone, races):
             with undisturbed():
-                journal.append(task, made_with[task], outcome)
-                advance(1)
+                found = zip(group, outcomes, strict=False)
+                journal.append_together((task, made_with[task], each) for task, each in found)
+                advance(len(group))
         write_tables(sorted(tasks), lambda task: journal.read(task, made_with[task]), folder)
-    return len(todo)
+    return total

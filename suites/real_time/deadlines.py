@@ -2,80 +2,83 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
+from benchmark.tasks.task import Outcome, Quantity
 from estimation.status import Status
 from pen_mhe.estimators import create_estimator
 from suites.real_time.streams import Stream
 
 HORIZON = 20
 KINDS = ("mhe-rti", "mhe")
-SAMPLE_PERIOD_S = 0.01
-FACTORS = (2.0, 4.0)
-"""Deadlines as multiples of the median step without one, beside the sample period."""
-FULL_SHARE = 1.0
-SHORT_SHARE = 0.1
-"""Of the steps: all with the sample period, few with the others."""
+STEPS, FEW_STEPS = 20_000, 2_000
+MEDIAN_STEPS = 500
+"""Without a deadline, for the median that one may be a multiple of."""
 
 
 @dataclass(frozen=True)
-class DeadlineRow:
-    """Many steps with one deadline.
+class StepDeadline:
+    """From the beginning of a step.
 
     Parameters
     ----------
-    deadline_s : from the beginning of a step
-    in_time : share of the steps that took no longer
-    worst_overrun_s : how much longer the longest took; 0 where all were in time
-    predicted, limited, solved : share of the steps that ended on each rung
+    steps : that are taken with it
+    seconds : its time; None where it is so many `medians` of a step without one
     """
 
-    estimator: str
-    deadline_s: float
     steps: int
-    in_time: float
-    worst_overrun_s: float
-    predicted: float
-    limited: float
-    solved: float
+    seconds: float | None = None
+    medians: float = 0.0
 
 
-def deadline_rows(name: str, stream: Stream, steps: int) -> list[DeadlineRow]:
-    """Take so many steps with the sample period, a tenth of them with tighter deadlines.
+DEADLINES: Mapping[str, StepDeadline] = MappingProxyType(
+    {
+        "10-ms": StepDeadline(STEPS, seconds=0.01),
+        "2-medians": StepDeadline(FEW_STEPS, medians=2.0),
+        "4-medians": StepDeadline(FEW_STEPS, medians=4.0),
+    }
+)
+"""Name → deadline: the sample period, and what is tighter."""
 
-    Parameters
-    ----------
-    name : of the estimator, a key of `KINDS`
-    """
-    median_s = float(np.median(_run(name, stream, None, min(steps, 500))[0]))
-    few = max(1, int(SHORT_SHARE * steps))
-    plan = [(SAMPLE_PERIOD_S, int(FULL_SHARE * steps))]
-    plan += [(factor * median_s, few) for factor in FACTORS]
-    return [
-        counted(name, deadline_s, *_run(name, stream, deadline_s, count))
-        for deadline_s, count in plan
-    ]
+LATE, OVERRUN, DUE = "late steps", "worst overrun", "deadline"
+PREDICTED, STOPPED, SOLVED = "predicted", "stopped", "solved"
+"""Shares of the steps, beside two times."""
 
 
-def counted(
-    name: str, deadline_s: float, took_s: np.ndarray, statuses: list[Status]
-) -> DeadlineRow:
-    """Return the row of steps that took some time and ended in some status."""
+def deadline_race(stream: Stream, deadline: StepDeadline) -> dict[str, Outcome]:
+    """Step through a stream with a deadline, one estimator after the other."""
+    found = {}
+    for name in KINDS:
+        seconds = deadline.seconds
+        if seconds is None:
+            free = _run(name, stream, None, min(deadline.steps, MEDIAN_STEPS))[0]
+            seconds = deadline.medians * float(np.median(free))
+        took_s, statuses = _run(name, stream, seconds, deadline.steps)
+        found[name] = counted(stream.model.name, seconds, took_s, statuses)
+    return found
+
+
+def counted(model: str, deadline_s: float, took_s: np.ndarray, statuses: list[Status]) -> Outcome:
+    """Return the outcome of steps that took some time and ended in some status."""
     n = len(took_s)
-    predicted = sum(Status.PREDICTED in status for status in statuses) / n
-    limited = sum(Status.TIME_LIMIT in status for status in statuses) / n
-    return DeadlineRow(
-        name,
-        deadline_s,
-        n,
-        float(np.mean(took_s <= deadline_s)),
-        float(max(0.0, took_s.max() - deadline_s)),
-        predicted,
-        limited,
-        sum(status.is_solved for status in statuses) / n,
+    solved = sum(status.is_solved for status in statuses) / n
+    shares = {
+        LATE: float(np.mean(took_s > deadline_s)),
+        PREDICTED: sum(Status.PREDICTED in status for status in statuses) / n,
+        STOPPED: sum(Status.TIME_LIMIT in status for status in statuses) / n,
+        SOLVED: solved,
+    }
+    quantities = (
+        *(Quantity.single(name, "1", share) for name, share in shares.items()),
+        Quantity.single(OVERRUN, "µs", 1e6 * float(max(0.0, took_s.max() - deadline_s))),
+        Quantity.single(DUE, "µs", 1e6 * deadline_s),
     )
+    p99 = float(np.quantile(took_s, 0.99))
+    return Outcome(model, quantities, n, solved, float(np.median(took_s)), p99)
 
 
 def _run(

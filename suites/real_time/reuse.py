@@ -6,12 +6,14 @@ Contenders take turns by chunks of samples, so that a busy machine slows all of 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
+from benchmark.tasks.history import outcome
+from benchmark.tasks.task import Outcome, Quantity
 from estimation.estimate import EstimateHistory
 from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
@@ -26,83 +28,61 @@ FIRST_S = 1.0
 THRESHOLDS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, math.inf)
 HORIZONS = (20, 100)
 FULL = "full passes"
-FILTERED = "full passes, arrival cost filtered"
+FILTERED = "full passes with filtered arrival cost"
 OTHERS: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
         FILTERED: {"arrival_cost": "filtered"},
-        "full passes, one interval more": {"horizon": 1},
+        "full passes with one interval more": {"longer": 1},
     }
 )
-"""Other full passes, for comparison → what they change; the horizon is added."""
+"""Other full passes, for comparison → what they change; ``longer`` is added to the horizon."""
 
 
-@dataclass(frozen=True)
-class ReuseRow:
-    """A contender beside full passes of the same horizon.
-
-    Parameters
-    ----------
-    threshold : in standard deviations; None for the contenders that are not one of a threshold
-    rms_std, max_std : distance of the newest state from that of full passes, in posterior
-        standard deviations, over samples and states
-    reused : share of the window's stages whose factors were kept
-    time_ratio : median time of a step to that of full passes
-    """
-
-    case: str
-    horizon: int
-    contender: str
-    threshold: float | None
-    rms_std: float
-    max_std: float
-    reused: float
-    time_ratio: float
+NEWEST, KEPT, TIME = "newest state", "stages kept", "time per step"
+"""Distance from full passes, in posterior standard deviations over samples and states; share of the
+window's stages whose factors were kept; median time of a step to that of full passes."""
 
 
-def reuse_rows(
-    case: str,
-    stream: Stream,
-    horizons: Sequence[int] = HORIZONS,
-    thresholds: Sequence[float] = THRESHOLDS,
-) -> list[ReuseRow]:
-    """Run all contenders over a stream."""
-    return [row for N in horizons for row in _of_horizon(case, stream, N, thresholds)]
+def threshold_name(threshold: float) -> str:
+    """Return the name of the contender that keeps factors below a threshold."""
+    return f"threshold {threshold:g}"
 
 
-def _of_horizon(
-    case: str, stream: Stream, horizon: int, thresholds: Sequence[float]
-) -> list[ReuseRow]:
-    full = MheRtiConfig(horizon=horizon, reuse_threshold=0.0)
-    configs: dict[str, MheRtiConfig] = {FULL: full}
-    for name, changes in OTHERS.items():
-        more = {**changes, "horizon": horizon + int(str(changes.get("horizon", 0)))}
-        configs[name] = replace(full, **more)  # type: ignore[arg-type]
-    named = {f"threshold {threshold:g}": threshold for threshold in thresholds}
-    for name, threshold in named.items():
-        configs[name] = replace(full, reuse_threshold=threshold)
+CONTENDERS: Mapping[str, float] = MappingProxyType(
+    {
+        **dict.fromkeys((FULL, *OTHERS), 0.0),
+        **{threshold_name(threshold): threshold for threshold in THRESHOLDS},
+    }
+)
+"""Name → its threshold, in standard deviations."""
+
+
+def reuse_race(stream: Stream, horizon: int) -> dict[str, Outcome]:
+    """Run all contenders over a stream; return what each found beside full passes."""
+    configs = {name: _config(name, horizon) for name in CONTENDERS}
     histories = interleaved(stream, configs)
-    time_s = histories[FULL].time_s
-    settled = time_s >= time_s[0] + FIRST_S
-    rows = []
+    full, found = histories[FULL], {}
+    settled = full.time_s >= full.time_s[0] + FIRST_S
+    full_s = np.median(full.step_time_s[settled])
     for name, history in histories.items():
-        wanted = histories[FULL]
-        away = distances(stream.model, history, wanted)[settled]
+        away = distances(stream.model, history, full)[settled]
         stages = configs[name].horizon + 1
-        rows.append(
-            ReuseRow(
-                case,
-                horizon,
-                name,
-                0.0 if name == FULL else named.get(name),
-                float(np.sqrt(np.mean(away**2))),
-                float(np.abs(away).max()),
-                float(np.mean(history.reused_stages[settled])) / stages,
-                float(
-                    np.median(history.step_time_s[settled]) / np.median(wanted.step_time_s[settled])
-                ),
-            )
+        kept = float(np.mean(history.reused_stages[settled])) / stages
+        time = float(np.median(history.step_time_s[settled]) / full_s)
+        quantities = (
+            Quantity.of_errors(NEWEST, "σ", away.ravel()),
+            Quantity.single(KEPT, "1", kept),
+            Quantity.single(TIME, "full passes", time),
         )
-    return rows
+        found[name] = outcome(stream.model.name, history, quantities)
+    return found
+
+
+def _config(name: str, horizon: int) -> MheRtiConfig:
+    full = MheRtiConfig(horizon=horizon, reuse_threshold=CONTENDERS[name])
+    changes = dict(OTHERS.get(name, {}))
+    longer = horizon + int(str(changes.pop("longer", 0)))
+    return replace(full, horizon=longer, **changes)  # type: ignore[arg-type]
 
 
 def interleaved(stream: Stream, configs: Mapping[str, MheRtiConfig]) -> dict[str, EstimateHistory]:

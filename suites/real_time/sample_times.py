@@ -8,7 +8,9 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from benchmark.tasks.task import Outcome, Quantity
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
@@ -20,11 +22,11 @@ CAMERA = "camera"
 CONTENDERS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
     {
         "ekf": ("ekf", {}),
-        "mhe-rti, N = 20": ("mhe-rti", {"horizon": 20}),
-        "mhe-rti, N = 20, full passes": ("mhe-rti", {"horizon": 20, "reuse_threshold": 0.0}),
-        "mhe-rti, N = 100": ("mhe-rti", {"horizon": 100}),
-        "mhe-rti, N = 100, full passes": ("mhe-rti", {"horizon": 100, "reuse_threshold": 0.0}),
-        "mhe, N = 20": ("mhe", {"horizon": 20}),
+        "mhe-rti N=20": ("mhe-rti", {"horizon": 20}),
+        "mhe-rti N=20 full passes": ("mhe-rti", {"horizon": 20, "reuse_threshold": 0.0}),
+        "mhe-rti N=100": ("mhe-rti", {"horizon": 100}),
+        "mhe-rti N=100 full passes": ("mhe-rti", {"horizon": 100, "reuse_threshold": 0.0}),
+        "mhe N=20": ("mhe", {"horizon": 20}),
     }
 )
 """Name → estimator and its settings."""
@@ -39,36 +41,50 @@ class Run:
     y: Array
 
 
-@dataclass(frozen=True)
-class TimeRow:
-    """Times of a contender's steps, s: at all instants, and at those with a frame."""
-
-    contender: str
-    samples: int
-    median_s: float
-    p99_s: float
-    max_s: float
-    frame_median_s: float
+MEDIAN, MEAN, P99, LONGEST, FRAME = (
+    *("median time", "mean time", "99 % time", "longest time", "median time with a frame"),
+)
 
 
-def time_rows(stream: Stream) -> list[TimeRow]:
+def time_quantities(
+    times_s: Array, has_frame: NDArray[np.bool_], after: str = ""
+) -> tuple[Quantity, ...]:
+    """Return what is said of times (n,): of all, and of those with a frame.
+
+    Parameters
+    ----------
+    after : what stands behind each quantity's name
+    """
+    figures = {
+        MEDIAN: np.median(times_s),
+        MEAN: times_s.mean(),
+        P99: np.quantile(times_s, 0.99),
+        LONGEST: times_s.max(),
+        FRAME: np.median(times_s[has_frame]),
+    }
+    return tuple(Quantity.single(name + after, "µs", 1e6 * float(s)) for name, s in figures.items())
+
+
+def time_race(stream: Stream) -> dict[str, Outcome]:
     """Run all contenders over the recording, in turns."""
-    time_s, y = stream.recording.stacked(stream.model)
-    runs = {name: Run(_built(stream.model, *made), time_s, y) for name, made in CONTENDERS.items()}
-    is_frame = np.isfinite(y[:, camera_columns(stream.model)]).any(axis=1)
-    rows = []
-    for name, times in in_turns(runs).items():
-        rows.append(
-            TimeRow(
-                name,
-                len(times),
-                float(np.median(times)),
-                float(np.quantile(times, 0.99)),
-                float(times.max()),
-                float(np.median(times[is_frame])),
-            )
+    model = stream.model
+    time_s, y = stream.recording.stacked(model)
+    runs = {
+        name: Run(create_estimator(estimator, model, **settings), time_s, y)
+        for name, (estimator, settings) in CONTENDERS.items()
+    }
+    is_frame = np.isfinite(y[:, camera_columns(model)]).any(axis=1)
+    return {
+        name: Outcome(
+            model.name,
+            time_quantities(times, is_frame),
+            len(times),
+            1.0,
+            float(np.median(times)),
+            float(np.quantile(times, 0.99)),
         )
-    return rows
+        for name, times in in_turns(runs).items()
+    }
 
 
 def in_turns(runs: Mapping[NameT, Run]) -> dict[NameT, Array]:
@@ -83,10 +99,6 @@ def in_turns(runs: Mapping[NameT, Run]) -> dict[NameT, Array]:
                 states[name], history = run.estimator.batch(states[name], *rows)
                 took[name].append(history.step_time_s)
     return {name: np.concatenate(parts) for name, parts in took.items()}
-
-
-def _built(model: StateSpaceModel, name: str, settings: Mapping[str, Any]) -> Any:
-    return create_estimator(name, model, **settings)
 
 
 def camera_columns(model: StateSpaceModel) -> slice:

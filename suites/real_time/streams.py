@@ -1,4 +1,4 @@
-"""The streams of the real-time study, as data: steady writing, simulated and real."""
+"""The streams of the suite real-time, as data: steady writing, simulated and real."""
 
 from __future__ import annotations
 
@@ -35,25 +35,29 @@ class StreamCase:
 
     Parameters
     ----------
-    label : for tables
-    stream : folder of recordings, or None → the stream
+    label : for figures
+    sensors : that it has
+    stream : folder of recordings or None, and a seed → the stream; a real one has no seed
     is_real : needs the folder
     is_judged : whether its sensors hold all states
     """
 
     label: str
-    stream: Callable[[Path | None], Stream]
+    sensors: str
+    stream: Callable[[Path | None, int], Stream]
     is_real: bool = False
     is_judged: bool = True
 
 
-def simulated(body: str, data: Path | None = None, seconds: float = SECONDS) -> Stream:
+def simulated(
+    body: str, data: Path | None = None, seed: int = 0, seconds: float = SECONDS
+) -> Stream:
     """Return a stream of a body of the speed suite."""
     moving = BODIES[body]()
-    return Stream(moving.model(), moving.record(seconds, 0))
+    return Stream(moving.model(), moving.record(seconds, seed))
 
 
-def recorded(every: int, data: Path | None) -> Stream:
+def recorded(every: int, data: Path | None, seed: int = 0) -> Stream:
     """Return the D-POINT recording with every so-manieth frame of its camera."""
     assert data is not None
     pen = load_pen("dpoint")
@@ -63,22 +67,22 @@ def recorded(every: int, data: Path | None) -> Stream:
     return Stream(pen_model(pen, SENSORS), recording)
 
 
-CASES: Mapping[str, StreamCase] = MappingProxyType(
+IMU, ALL = "accel+gyro", "+".join(SENSORS)
+STREAMS: Mapping[str, StreamCase] = MappingProxyType(
     {
-        "pen24": StreamCase("reference pen with camera, simulated", partial(simulated, "pen24")),
-        "turntable": StreamCase("turntable, simulated", partial(simulated, "turntable")),
-        "dpoint-30": StreamCase("D-POINT, camera at 30 Hz", partial(recorded, 1), is_real=True),
-        "dpoint-10": StreamCase("D-POINT, camera at 10 Hz", partial(recorded, 3), is_real=True),
-        "dpoint-3": StreamCase("D-POINT, camera at 3 Hz", partial(recorded, 10), is_real=True),
+        "pen24": StreamCase("pen with camera, simulated", ALL, partial(simulated, "pen24")),
+        "turntable": StreamCase("turntable, simulated", IMU, partial(simulated, "turntable")),
+        "dpoint-30": StreamCase("D-POINT, 30 Hz", ALL, partial(recorded, 1), is_real=True),
+        "dpoint-10": StreamCase("D-POINT, 10 Hz", ALL, partial(recorded, 3), is_real=True),
+        "dpoint-3": StreamCase("D-POINT, 3 Hz", ALL, partial(recorded, 10), is_real=True),
         "pen15": StreamCase(
-            "pen without camera, simulated", partial(simulated, "pen15"), is_judged=False
+            "pen without camera, simulated", IMU, partial(simulated, "pen15"), is_judged=False
         ),
     }
 )
-"""Name → stream. A new one is a row here."""
+"""Name → stream; Hz are the camera's. A new one is a row here."""
 
 
-def available(data: Path | None) -> dict[str, StreamCase]:
-    """Return the cases that can be run with a folder of recordings, or without one."""
-    there = data is not None and (data / FOLDER).is_dir()
-    return {name: case for name, case in CASES.items() if there or not case.is_real}
+def has_recordings(data: str | None) -> bool:
+    """Return whether a folder has what the real streams need."""
+    return data is not None and (Path(data) / FOLDER).is_dir()

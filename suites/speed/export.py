@@ -1,10 +1,12 @@
 """A problem's windows as one file of arrays: all that another solver needs.
 
-``problem_<key>.npz``; every array is described in docs/speed.md.
+``python -m suites.speed.export FOLDER`` writes ``problem_<key>.npz`` of every problem; every array
+is described in docs/speed.md.
 """
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,11 +16,14 @@ from numpy.typing import NDArray
 
 from estimation.derivatives import Derivatives
 from estimation.output_file import whole_file
+from estimation.output_folder import check_folder, make_folder
+from models.errors import InputError
 from models.pen_config import PenConfig
 from models.state_space import StateSpaceModel
-from suites.speed.problems import Problem
+from suites.speed.problems import PROBLEMS, Problem, find_problem
+from suites.speed.races import WARM_UP
 from suites.speed.tangent import is_plain
-from suites.speed.windows import SolvedWindow, running_on
+from suites.speed.windows import SolvedWindow, running_on, solved_windows
 
 GEOMETRY = ("position_m", "sensor_to_body")
 """Fields of a mounted sensor that are written as they are."""
@@ -107,3 +112,40 @@ def _window_arrays(
         "cost": [each.optimum.cost for each in solved],
     }
     return {name: np.array(value) for name, value in arrays.items()}
+
+
+def export(problem: Problem, windows: int, folder: Path) -> Path:
+    """Write the file of a problem with the windows that its race times; return its path.
+
+    Parameters
+    ----------
+    windows : at most so many
+    """
+    count = WARM_UP + min(windows, problem.windows)
+    timed = solved_windows(problem, count)[WARM_UP:]
+    return write_problem(problem, problem_arrays(problem, timed), folder)
+
+
+def main() -> None:
+    """Write the files of problems, one after the other."""
+    every = [problem.key for problem in PROBLEMS]
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path, help="made where it is missing")
+    parser.add_argument("--problems", nargs="+", choices=every, default=every, metavar="NAME")
+    parser.add_argument("--windows", type=int, default=max(p.windows for p in PROBLEMS))
+    given = parser.parse_args()
+    if given.windows < 1:
+        parser.error(f"--windows is {given.windows}, expected 1 or more")
+    try:
+        check_folder(given.folder)
+        make_folder(given.folder)
+        for name in given.problems:
+            print(export(find_problem(name), given.windows, given.folder))
+    except InputError as error:
+        parser.error(str(error))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,159 +1,111 @@
-"""Figures of the suite speed: time per window by contender, and over the horizon."""
+"""Figures of the suite speed: how near to the optimum in which time, and time over the horizon."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from benchmark.report.numbers import in_unit
-from suites.speed.contender import (
-    BATCH,
-    COLD_CALL,
-    CONVERGED,
-    CONVERGED_CALL,
-    FULL_STREAM_CALL,
-    ONE_PASS,
-    PASS_CALL,
-    STREAM_CALL,
-)
-from suites.speed.rows import Row
+from benchmark.figures.figure import Figure, Line, Panel
+from benchmark.report.numbers import number
+from benchmark.tasks.results import Results
+from suites.speed.cases import CASES
+from suites.speed.contender import CONVERGED, CONVERGED_CALL, ONE_PASS, PASS_CALL
+from suites.speed.outcomes import MEDIAN, NEWEST
+from suites.speed.problems import Problem
+from suites.speed.read import Found, found_in
 
-MODE_STYLES: Mapping[str, Mapping[str, Any]] = {
-    ONE_PASS: {"color": "C0", "marker": "o"},
-    PASS_CALL: {"color": "C0", "marker": "v"},
-    CONVERGED: {"color": "C1", "marker": "s"},
-    CONVERGED_CALL: {"color": "C1", "marker": "P"},
-    COLD_CALL: {"color": "C3", "marker": "^"},
-    BATCH: {"color": "C2", "marker": "D"},
-    STREAM_CALL: {"color": "C0", "marker": "v"},
-    FULL_STREAM_CALL: {"color": "C1", "marker": "v"},
-}
-WINDOW_MODES = (ONE_PASS, PASS_CALL, COLD_CALL, CONVERGED, CONVERGED_CALL)
-REUSE_MODES = (STREAM_CALL, FULL_STREAM_CALL)
-OTHER_MODE: Mapping[str, Any] = {"color": "C4", "marker": "o"}
-TIME_LABEL = "median (its figure), to 99 % quantile"
-COLUMNS, LINE_IN, EDGE_IN = 2, 0.27, 1.0
-"""Panels side by side; inches of a contender's line, and of a panel's title and axis."""
+WHOLE = (ONE_PASS, CONVERGED)
+SHOWN = (PASS_CALL, CONVERGED_CALL, *WHOLE)
+"""Modes of a window: a contender's compiled call, then all of its call."""
 HORIZON_PROBLEM = "pen15"
 
 
-def contender_figure(rows: Sequence[Row]) -> Figure:
-    """Draw one panel per problem: contenders below each other, time on a log axis."""
-    panels: dict[str, list[Row]] = {}
-    for row in rows:
-        panels.setdefault(_panel_of(row), []).append(row)
-    columns = min(COLUMNS, len(panels))
-    # Streams last: panels of like heights stand side by side.
-    ordered = sorted(panels.items(), key=lambda panel: panel[1][0].mode not in WINDOW_MODES)
-    lines = [len(found) for _, found in ordered]
-    heights = [
-        max(lines[i : i + columns]) * LINE_IN + EDGE_IN for i in range(0, len(lines), columns)
+def figures(results: Results) -> Sequence[Figure]:
+    """Return every figure for which there are rows."""
+    found = [each for each in found_in(results) if not CASES[each.case].is_stream]
+    drawn = (_quality(found), _horizons(found))
+    return [figure for figure in drawn if any(panel.lines for panel in figure.panels)]
+
+
+def _title(problem: Problem) -> str:
+    return f"{problem.name}, N = {problem.horizon}{', bounded' if problem.bounded else ''}"
+
+
+def _quality(found: Sequence[Found]) -> Figure:
+    """Distance from the optimum over time, a panel per problem."""
+    panels = [
+        Panel(
+            _title(CASES[case].problem),
+            "median time per window (µs)",
+            "distance (σ)",
+            [line for each in found if each.case == case and (line := _contender(each))],
+            x_log=True,
+            y_log=True,
+            own_x=True,
+        )
+        for case in dict.fromkeys(each.case for each in found)
     ]
-    figure, axes = plt.subplots(
-        len(heights),
-        columns,
-        figsize=(6.6 * columns, sum(heights)),
-        layout="constrained",
-        squeeze=False,
-        height_ratios=heights,
+    return Figure(
+        "speed",
+        "How near to the optimum, in which time",
+        "Distance of the newest state from the optimum in its standard deviations, median over "
+        "the windows. Where a contender has two points the left one is its compiled call, the "
+        "right one all that is called from Python. What makes one Gauss-Newton pass has what that "
+        "pass leaves; what converges lies below.",
+        panels,
+        columns=2,
     )
-    for axis, (title, found) in zip(axes.flat, ordered, strict=False):
-        _draw_times(axis, found)
-        axis.set_title(title, fontsize=12)
-        axis.set_xlabel(TIME_LABEL)
-    for axis in axes.flat[len(ordered) :]:
-        axis.set_axis_off()
-    return figure
 
 
-def _panel_of(row: Row) -> str:
-    """Return the title of the panel that a row belongs to."""
-    if row.mode in WINDOW_MODES:
-        return f"{row.problem}, N = {row.horizon}{', bounded' if row.bounds else ''}"
-    if row.mode in REUSE_MODES:
-        return f"{row.problem}, stream: factors kept, or full passes"
-    return f"{row.problem}, stream: time per sample"
+def _contender(found: Found) -> Line | None:
+    """Return a contender's modes from its compiled call to all of it; None without a distance."""
+    modes = [mode for mode in SHOWN if mode in found.modes]
+    time = np.array([found.figure(mode, MEDIAN) for mode in modes])
+    away = np.array([found.figure(mode, NEWEST) for mode in modes])
+    away[away <= 0] = np.nan  # a logarithmic axis has no zero
+    return Line(found.contender, time, away) if np.isfinite(away).any() else None
 
 
-def _draw_times(axes: Axes, rows: Sequence[Row]) -> None:
-    ordered = sorted(rows, key=lambda row: -row.median_s)
-    for place, row in enumerate(ordered):
-        style = MODE_STYLES.get(row.mode, OTHER_MODE)
-        axes.plot([row.median_s, row.p99_s], [place, place], color=style["color"], linewidth=1.5)
-        axes.plot(row.median_s, place, linestyle="none", markersize=7, **style)
-        axes.annotate(
-            in_unit(row.median_s),
-            (max(row.median_s, row.p99_s), place),
-            xytext=(8, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=10,
-        )
-    axes.set_yticks(range(len(ordered)), [_label(row) for row in ordered], fontsize=10)
-    axes.set_ylim(-0.7, len(ordered) - 0.3)
-    times = [row.median_s for row in rows] + [row.p99_s for row in rows]
-    axes.set_xlim(min(times) / 2, max(times) * 20)
-    _time_axis(axes, "x")
-
-
-def horizon_figure(rows: Sequence[Row], problem: str = HORIZON_PROBLEM) -> Figure:
-    """Draw the median time of every contender over the horizon, with its slope.
-
-    One panel without bounds, one with bounds where there are such rows.
-    """
-    drawn = [row for row in rows if row.problem == problem and row.mode in (ONE_PASS, CONVERGED)]
-    kinds = sorted({row.bounds for row in drawn}) or [False]
-    names = {name: i for i, name in enumerate(dict.fromkeys(_label(row) for row in drawn))}
-    figure, axes = plt.subplots(
-        1, len(kinds), figsize=(7 * len(kinds), 6), layout="constrained", squeeze=False, sharey=True
+def _horizons(found: Sequence[Found]) -> Figure:
+    """Time of whole calls over the horizon, with slopes."""
+    panels, slopes = [], []
+    for bounded in (False, True):
+        of_it = [
+            each
+            for each in found
+            if (problem := CASES[each.case].problem).name == HORIZON_PROBLEM
+            and problem.bounded == bounded
+        ]
+        lines = [_over_horizon(name, of_it) for name in dict.fromkeys(e.contender for e in of_it)]
+        title = HORIZON_PROBLEM + (", bounded" if bounded else "")
+        label = "median time per window (µs)"
+        if lines:
+            panels.append(Panel(title, "horizon N", label, lines, x_log=True, y_log=True))
+        said = [f"{line.name} {number(_slope(line))}" for line in lines if len(line.x) > 1]
+        slopes += [f"{title}: {', '.join(said)}."] if said else []
+    return Figure(
+        "speed-horizon",
+        "Time over the horizon",
+        f"All that is called from Python. Slopes (1 is linear) {' '.join(slopes)}"
+        if slopes
+        else "All that is called from Python.",
+        panels,
+        columns=2,
     )
-    for axis, bounds in zip(axes[0], kinds, strict=True):
-        _draw_horizons(axis, [row for row in drawn if row.bounds == bounds], names)
-        axis.set_title(
-            f"{problem}{', bounded' if bounds else ''}: time over the horizon; slope 1 is linear",
-            fontsize=10,
-        )
-    axes[0, 0].set_ylabel("median time per window")
-    return figure
 
 
-def _draw_horizons(axes: Axes, rows: Sequence[Row], colors: Mapping[str, int]) -> None:
-    curves: dict[str, list[Row]] = {}
-    for row in rows:
-        curves.setdefault(_label(row), []).append(row)
-    for name, found in curves.items():
-        found.sort(key=lambda row: row.horizon)
-        N, time_s = np.array([(row.horizon, row.median_s) for row in found]).T
-        slope = f": slope {np.polyfit(np.log(N), np.log(time_s), 1)[0]:.2f}" if len(N) > 1 else ""
-        marker, color = MODE_STYLES[found[0].mode]["marker"], f"C{colors[name]}"
-        axes.loglog(N, time_s, marker=marker, markersize=5, color=color, label=name + slope)
-    horizons = sorted({row.horizon for row in rows})
-    axes.set_xticks(horizons, [str(N) for N in horizons])
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xlabel("horizon N / intervals of 10 ms")
-    _time_axis(axes, "y")
-    if curves:
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8)
+def _over_horizon(name: str, found: Sequence[Found]) -> Line:
+    points = sorted(
+        (CASES[each.case].problem.horizon, each.figure(mode, MEDIAN))
+        for each in found
+        if each.contender == name
+        for mode in each.modes
+        if mode in WHOLE
+    )
+    horizons, times = np.array(points, dtype=float).reshape(-1, 2).T
+    return Line(name, horizons, times)
 
 
-def _label(row: Row) -> str:
-    """Return what stands beside a row's time; the horizon too where a panel has several."""
-    if row.mode in REUSE_MODES:
-        return f"{row.contender}, N = {row.horizon}, {row.mode.removeprefix('stream, ')}"
-    return f"{row.contender}, {row.mode}"
-
-
-def _time_axis(axes: Axes, which: str) -> None:
-    """Make an axis of times logarithmic, with units on its ticks."""
-    getattr(axes, f"set_{which}scale")("log")
-    axis = getattr(axes, f"{which}axis")
-    axis.set_major_locator(LogLocator())
-    axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(FuncFormatter(lambda time_s, _: in_unit(time_s)))
-    axes.grid(alpha=0.3)
+def _slope(line: Line) -> float:
+    return float(np.polyfit(np.log(line.x), np.log(line.y), 1)[0])

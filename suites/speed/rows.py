@@ -1,18 +1,14 @@
-"""What is written down of a race: one row per contender, mode and problem."""
+"""What is known of a race: one row per contender, mode and problem."""
 
 from __future__ import annotations
 
-import dataclasses
-import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from estimation.output_file import write_whole
 from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
@@ -24,7 +20,7 @@ from suites.speed.runner import Racer
 
 @dataclass(frozen=True)
 class Row:
-    """One contender on one problem; times in seconds, null (None) where there is nothing.
+    """One contender on one problem; times in seconds, None where there is nothing.
 
     Parameters
     ----------
@@ -128,12 +124,6 @@ def row(
     )
 
 
-def write_rows(rows: Sequence[Row], path: Path) -> None:
-    """Write rows as a JSON list."""
-    listed = [dataclasses.asdict(row) for row in rows]
-    write_whole(path, json.dumps(listed, indent=1, allow_nan=False) + "\n")
-
-
 def _away(model: StateSpaceModel, newest: Array, reference: GaussianState) -> float:
     """Return the largest distance of a state's components, in standard deviations."""
     away = model.difference(newest, reference.mean).full().ravel()
@@ -141,5 +131,5 @@ def _away(model: StateSpaceModel, newest: Array, reference: GaussianState) -> fl
 
 
 def _number(value: Any) -> float | None:
-    """Return the value, None where it is not finite: JSON knows no NaN."""
+    """Return the value, None where it is not finite."""
     return float(value) if math.isfinite(value) else None

@@ -56,14 +56,14 @@ def built(
     entries: Sequence[Entry[ItemT]],
     model: StateSpaceModel,
     example: ItemT,
-    absent: Callable[[str, str], object],
+    absent: Callable[[Entry[ItemT], str], object],
 ) -> list[Racer[ItemT]]:
     """Build contenders one after the other.
 
     Parameters
     ----------
     example : any item of the race
-    absent : called with the name of one that cannot be built, and why
+    absent : called with one that cannot be built, and why
     """
     racers = []
     for entry in entries:
@@ -72,7 +72,7 @@ def built(
             contender = entry.build(model, example)
             racers.append(Racer(entry, contender, time.perf_counter() - start))
         except ContenderAbsentError as reason:
-            absent(entry.label, str(reason))
+            absent(entry, str(reason))
     return racers
 
 

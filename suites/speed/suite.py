@@ -1,163 +1,95 @@
-"""The suite: every problem's windows, and a stream for the filters and for what keeps factors."""
+"""The suite ``speed``: each race is run once, and each contender's task takes its part."""
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+import os
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
-import numpy as np
+from benchmark.tasks.suite import Scope, Suite
+from benchmark.tasks.task import Outcome, Task, failed
+from models.names import unknown
+from suites.speed.acados_library import FOLDER
+from suites.speed.cases import CASES
+from suites.speed.contender import Entry
+from suites.speed.figures import figures
+from suites.speed.outcomes import outcomes
+from suites.speed.tables import tables
 
-from models.state_space import StateSpaceModel
-from suites.speed.contender import Entry, ItemT, RaceOutcome
-from suites.speed.contenders import (
-    REUSE_CONTENDERS,
-    REUSE_HORIZONS,
-    WINDOW_CONTENDERS,
-    sample_contenders,
-    stream_contenders,
+NAME = "speed"
+SEED = 0
+"""Of every problem's recording: a race is run once, over as many windows as there are seeds."""
+
+
+def tasks(scope: Scope) -> Sequence[Task]:
+    """Return a task for each contender of each race."""
+    return [
+        Task(NAME, case, found.sensors, name, SEED)
+        for case, found in CASES.items()
+        for name in found.names
+    ]
+
+
+def run(task: Task, scope: Scope) -> Outcome:
+    """Return a contender's part of its race.
+
+    Raises
+    ------
+    InputError
+        If there is no such race, or no such contender in it.
+    """
+    if task.case not in CASES:
+        raise unknown("case", task.case, CASES)
+    found = _raced(task.case, scope.seeds, scope.estimators)
+    if task.estimator not in found:
+        raise unknown("estimator", task.estimator, found)
+    return found[task.estimator]
+
+
+@lru_cache(maxsize=1)
+def _raced(case: str, windows: int, asked: tuple[str, ...] | None) -> Mapping[str, Outcome]:
+    """Return what every contender that is asked for found, in one race."""
+    found = CASES[case].with_windows(windows)
+    names = [name for name in found.names if asked is None or name in asked]
+    left_out: dict[Entry[Any], str] = {}
+    try:
+        rows = found.race(found.problem, left_out.setdefault, names)
+    except Exception as error:  # or every other task would race, to end alike
+        why = failed(" ".join(f"{type(error).__name__}: {error}".split()))
+        return dict.fromkeys(names, why)
+    return outcomes(found.problem.model.name, names, rows, left_out)
+
+
+def made_of(scope: Scope) -> str:
+    """Return how many windows are raced, and whose acados."""
+    windows = min(scope.seeds, max(found.problem.windows for found in CASES.values()))
+    return f"{windows}-windows-{os.environ.get(FOLDER, '')}"
+
+
+SUITE = Suite(
+    name=NAME,
+    title="Speed: how fast, against whom?",
+    summary=(
+        "All contenders solve the same windows of one recording, one after the other in one "
+        "process with one thread, so that a busy machine slows all alike; who begins moves on. "
+        "“One pass” is a single Gauss-Newton step from the shifted solution of the window before, "
+        "“converged” goes on to the optimum; a “compiled call” is the solver's part of it, "
+        "without Python. Times are of a window, or of a sample of a stream. “Newest state” is the "
+        "distance of the newest state from the optimum that mhe-ipopt finds (on a stream: from "
+        "this EKF), in its standard deviations σ, largest component, median over the windows; "
+        "“cost” the true cost of what was found, rolled out through the dynamics; "
+        "“excess over bounds” the largest in any window. Every problem is there without bounds "
+        "and with some that are active. There is a window for every seed, up to 200, 60 with N = "
+        "60 and 100, 20 with N = 500: --seeds 200 runs all of it. A race that had less than 95 % "
+        "of a core is shown with the status “shared core”, and judges nothing."
+    ),
+    tasks=tasks,
+    run=run,
+    claims=Path(__file__).with_name("claims.toml"),
+    figures=figures,
+    tables=tables,
+    made_of=made_of,
+    is_timed=True,
 )
-from suites.speed.cost import WindowCost
-from suites.speed.held_rows import HeldRows
-from suites.speed.problems import Problem
-from suites.speed.rows import Quality, Row, row
-from suites.speed.runner import Racer, built, race
-from suites.speed.samples import filtered_stream
-from suites.speed.verdicts import LEAST_SHARE
-from suites.speed.windows import SolvedWindow, SpeedWindow, solved_windows
-
-WARM_UP = 2
-"""Windows at the front of a table that do not count."""
-
-Absent = Callable[[str, str], object]
-"""Called with the name of a contender that is left out, and why."""
-
-
-@dataclass(frozen=True)
-class StreamPlan:
-    """How much of a stream the filters run over.
-
-    Parameters
-    ----------
-    samples : that are timed
-    warm_up : before those, not counted
-    runs : how often the whole stream is taken in one call
-    """
-
-    samples: int = 1000
-    warm_up: int = 50
-    runs: int = 20
-
-
-@dataclass(frozen=True, eq=False)
-class RacedProblem:
-    """A problem after its race: rows, and the windows that were timed."""
-
-    problem: Problem
-    model: StateSpaceModel
-    rows: tuple[Row, ...]
-    windows: tuple[SolvedWindow, ...]
-
-
-def race_windows(
-    problem: Problem,
-    absent: Absent,
-    entries: Sequence[Entry[SpeedWindow]] = WINDOW_CONTENDERS,
-) -> RacedProblem:
-    """Race all contenders on a problem's windows."""
-    count = WARM_UP + problem.windows
-    solved = solved_windows(problem, count)
-    windows = [each.window for each in solved]
-    model, timed = windows[0].model, solved[WARM_UP:]
-    racers, share = _raced(problem.key, entries, model, windows, WARM_UP, absent)
-    window_cost, held = WindowCost(model, problem.horizon), HeldRows(model)
-
-    def quality(i: int, outcome: RaceOutcome) -> Quality:
-        assert outcome.trajectory is not None
-        window, found = timed[i].window, outcome.trajectory
-        cost = window_cost(window, found.states[0], found.noises)
-        rolled_out = window_cost.states(window, found.states[0], found.noises)
-        return Quality(cost, held.violation(window, rolled_out))
-
-    newest = [each.optimum.newest for each in timed]
-    active = active_rows(held, timed) if problem.bounded else None
-    rows = tuple(
-        row(racer, problem, model, newest, quality, active, core_share=share) for racer in racers
-    )
-    return RacedProblem(problem, model, rows, tuple(timed))
-
-
-def active_rows(held: HeldRows, solved: Sequence[SolvedWindow]) -> float:
-    """Return how many rows of bounds and inequalities are active in a window's optimum, mean."""
-    counts = []
-    for each in solved:
-        states = each.optimum.trajectory.states
-        active = held.active(each.window.measurements, states, each.window.scale)
-        counts.append(active.sum())
-    return float(np.mean(counts))
-
-
-def race_filters(problem: Problem, plan: StreamPlan, absent: Absent) -> tuple[Row, ...]:
-    """Race what steps along a stream, then what takes it in one call.
-
-    Parameters
-    ----------
-    problem : whose recording makes the stream
-    """
-    model = problem.model
-    count = plan.warm_up + plan.samples
-    stream = filtered_stream(problem, model, count)
-    first, second = (sample.measurement.time_s for sample in stream.samples[:2])
-    steps, calls = sample_contenders(second - first), stream_contenders(count)
-    key = f"{problem.name} stream"
-    live, share = _raced(key, steps, model, stream.samples, plan.warm_up, absent)
-    whole = [stream.whole] * (1 + plan.runs)
-    batch, batch_share = _raced(f"{key}, batch", calls, model, whole, 1, absent)
-    along, after = stream.reference[plan.warm_up :], [stream.reference[-1]] * plan.runs
-    return (
-        *(row(racer, problem, model, along, core_share=share) for racer in live),
-        *(row(racer, problem, model, after, core_share=batch_share) for racer in batch),
-    )
-
-
-def race_reuse(problem: Problem, plan: StreamPlan, absent: Absent) -> tuple[Row, ...]:
-    """Race passes that keep factors along a stream against full ones, sample by sample.
-
-    Parameters
-    ----------
-    problem : whose recording makes the stream; factors are kept where its sensors hold all
-        states
-    """
-    model = problem.model
-    warm_up = plan.warm_up + max(REUSE_HORIZONS)  # before that the longest window is not full
-    stream = filtered_stream(problem, model, warm_up + plan.samples)
-    key = f"{problem.name} stream, reuse"
-    racers, share = _raced(key, REUSE_CONTENDERS, model, stream.samples, warm_up, absent)
-    along = stream.reference[warm_up:]
-    return tuple(row(racer, problem, model, along, core_share=share) for racer in racers)
-
-
-def few(problem: Problem, windows: int) -> Problem:
-    """Return the problem with at most so many windows."""
-    return replace(problem, windows=min(windows, problem.windows))
-
-
-def _raced(
-    key: str,
-    entries: Sequence[Entry[ItemT]],
-    model: StateSpaceModel,
-    items: Sequence[ItemT],
-    warm_up: int,
-    absent: Absent,
-) -> tuple[list[Racer[ItemT]], float]:
-    """Return the racers after their race, and the part of it in which they had a core."""
-    racers = built(entries, model, items[0], absent)
-    share = race(racers, items, warm_up)
-    if share < LEAST_SHARE:
-        warnings.warn(
-            f"{key}: the race had the processor for {share:.0%} of its time; other work runs "
-            "on this machine and makes times too long, and nothing is judged",
-            RuntimeWarning,
-            stacklevel=2,
-        )
-    return racers, share

@@ -19,7 +19,6 @@ from benchmark.tasks.task import Outcome, Task
 from commands import benchmark_run
 from commands.cli import app
 from suites.execute import chosen_tasks, execute, run_suites
-from suites.speed import study
 
 SOME = [Task("pen", "start 0 deg", "accel", "ekf", seed) for seed in range(4)]
 
@@ -84,7 +83,6 @@ def test_an_estimator_that_no_suite_runs_is_refused(tmp_path: Path) -> None:
     assert said.startswith("estimator mhe-rtj is unknown, expected one of ekf, mhe, ")
     assert said.endswith("did you mean mhe-rti?")
     assert not (tmp_path / "new").exists()
-    assert "not of suite speed" in sentence(call("benchmark", "speed", "--estimators", "ekf"))
 
 
 def test_the_data_folder_comes_from_its_variable(
@@ -103,7 +101,6 @@ def test_the_data_folder_comes_from_its_variable(
             "suite sped is unknown, expected one of pen, tilt, gyro-free, classics, faults, real",
         ),
         (("pen", "stroke"), "suite stroke is unknown, expected one of pen, tilt"),
-        (("pen", "speed"), "suite speed among others, expected it alone: it needs quiet"),
         (("pen", "--motion", "turn"), "--motion and --recording are of --pen, expected a pen"),
         (
             ("tilt", "--pen", "dpoint"),
@@ -227,18 +224,3 @@ def test_a_report_of_no_run_gets_a_sentence(tmp_path: Path) -> None:
         call("report", str(tmp_path))
     )
     assert "does not exist" in sentence(call("report", str(tmp_path / "nowhere")))
-
-
-def test_the_race_takes_problems_and_a_number_of_windows(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    told: list[Any] = []
-    monkeypatch.setattr(study, "run_speed", lambda *a, **settings: told.append((*a, settings)))
-    choice = ("--problems", "pen15_20,pen24_20", "--windows", "3")
-    assert call("benchmark", "speed", "--output", str(tmp_path), *choice).exit_code == 0
-    [(folder, settings)] = told
-    assert (folder, settings["windows"]) == (tmp_path, 3)
-    assert [problem.key for problem in settings["problems"]] == ["pen15_20", "pen24_20"]
-    assert "of suite speed" in sentence(call("benchmark", "pen", "--windows", "3"))
-    unknown = call("benchmark", "speed", "--problems", "pen16_20", "--output", str(tmp_path))
-    assert "pen16_20" in sentence(unknown)

@@ -47,7 +47,7 @@ WRONG = {
     "sensor": (("observe", "--sensors", "gyroscope"), "did you mean gyro?"),
     "motion": (("simulate", "--output", "o.csv", "--motion", "hand"), "did you mean handwriting?"),
     "stamps": (("simulate", "--output", "o.csv", "--stamps", "arival"), "did you mean arrival?"),
-    "suite": (("benchmark", "sped"), "real, speed; did you mean speed?"),
+    "suite": (("benchmark", "sped"), "real-time, speed; did you mean speed?"),
     "exported": (("codegen", "--output", "c", "--estimator", "mhe"), "did you mean mhe-rti?"),
 }
 

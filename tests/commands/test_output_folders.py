@@ -10,8 +10,7 @@ from typer.testing import CliRunner
 from commands.cli import app
 
 COMMANDS = (
-    *(("real-time",),),
-    *(("benchmark", "pen"), ("benchmark", "speed")),
+    *(("benchmark", "pen"), ("benchmark", "speed"), ("benchmark", "real-time")),
 )
 
 

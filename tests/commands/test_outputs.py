@@ -130,8 +130,8 @@ REFUSED: dict[str, tuple[str, ...]] = {
     "benchmark, an estimator": ("benchmark", "pen", "--estimators", "ekv", "--output", "r"),
     "benchmark, a typo": ("benchmark", "pen", "--output", "typo/r"),
     "benchmark speed, a typo": ("benchmark", "speed", "--output", "typo/r"),
-    "real-time, a typo": ("real-time", "--output", "typo/r"),
     "consistency, a pen": ("benchmark", "consistency", "--pen", "bad.toml", "--output", "r"),
+    "benchmark real-time, a typo": ("benchmark", "real-time", "--output", "typo/r"),
     "report, no run": ("report", "typo", "--pictures", "figures"),
 }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,10 +17,6 @@ from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Task
 from commands import benchmark_run
 from commands.sentences import one_sentence
-from suites.real_time.study import run_real_time
-from suites.speed.problems import find_problem
-from suites.speed.study import run_speed
-from suites.speed.suite import StreamPlan
 from suites.table import find_suite
 
 JOBS = 2
@@ -103,32 +98,10 @@ def small_suites(data: str) -> dict[str, SmallRun]:
         "consistency": suite("consistency", 8, is_ekf),
         "optimum": suite("optimum", 6, seeds=30),
         "printed-cost": suite("printed-cost", 10, is_quick=True),
+        # Two races of each.
+        "real-time": suite("real-time", 22, lambda task: task.case == "turntable_20"),
+        "speed": suite("speed", 26, lambda task: task.case.startswith("turntable_20")),
     }
-
-
-STUDIES: Mapping[str, SmallRun] = MappingProxyType(
-    {
-        "real-time": study(
-            "real-time",
-            lambda folder: run_real_time(
-                folder, None, 50, horizons=(4,), thresholds=(0.5, math.inf)
-            ),
-            5,
-            ("real_time.json",),
-        ),
-        "speed": study(
-            "speed",
-            lambda folder: run_speed(
-                folder,
-                [find_problem("turntable_20"), find_problem("turntable_20_bounded")],
-                3,
-                StreamPlan(2, 1, 1),
-            ),
-            4,
-            ("speed.json", "problem_turntable_20.npz", "problem_turntable_20_bounded.npz"),
-        ),
-    }
-)
 
 
 def main() -> None:

@@ -12,17 +12,16 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pytest
 
+from benchmark.runner.tables import RESULTS
 from benchmark.tasks.results import TIMING_COLUMNS
-from commands.benchmark_commands import SPEED
 from commands.sentences import ExitCode
 from commands.study_commands import COMMANDS
 from pen_mhe.rooms import ROOT
 from suites.studies import STUDIES
-from suites.table import NAMED
+from suites.table import NAMED, find_suite
 from tests.suites import small_runs
 from tests.suites.small_runs import SmallRun
 
@@ -31,11 +30,9 @@ SMALL = {**small_runs.small_suites(DATA), **small_runs.STUDIES}
 WITHIN_S, ENDS_WITHIN_S = 200.0, 15.0
 """Longest wait for half of a run; and for the end of one that was interrupted."""
 
-TIMES = {
-    *("median_s", "p99_s", "max_s", "min_s", "cpu_min_s", "cpu_median_s", "build_s"),
-    *("core_share", "time_ratio", "deadlines"),
-}
-"""Entries of written files that no two runs have alike."""
+TIMES = ("s", "µs", "cores", "full passes")
+"""Units of figures that no two runs of what is timed have alike."""
+FIGURES = ["rmse", "bias", "max_error"]
 
 
 def cases() -> list[Any]:
@@ -54,7 +51,7 @@ def cases() -> list[Any]:
 
 def test_every_suite_and_study_has_a_small_run() -> None:
     assert set(SMALL) == {*NAMED, *STUDIES}
-    assert {*STUDIES} - {SPEED} <= set(COMMANDS)
+    assert set(STUDIES) <= set(COMMANDS)
 
 
 def start(name: str, folder: Path) -> subprocess.Popen[str]:
@@ -83,39 +80,24 @@ def wait_for_some(process: subprocess.Popen[str], small: SmallRun, folder: Path)
         time.sleep(0.005)
 
 
-def check_alike(found: Any, expected: Any) -> None:
-    """Equal but for times; to nine digits, since OSQP adapts its steps by the clock."""
-    if isinstance(found, dict):
-        assert set(found) == set(expected)
-        for key in set(found) - TIMES:
-            check_alike(found[key], expected[key])
-    elif isinstance(found, list):
-        for one, other in zip(found, expected, strict=True):
-            check_alike(one, other)
-    elif isinstance(found, float):
-        assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
-    else:
-        assert found == expected
+def without_times(path: Path) -> pd.DataFrame:
+    """Return a table with what follows from its tasks alone."""
+    table = pd.read_parquet(path).drop(columns=list(TIMING_COLUMNS), errors="ignore")
+    if path.name == RESULTS:
+        timed = table["suite"].map(lambda name: find_suite(name).is_timed)
+        table.loc[timed & table["unit"].isin(TIMES), FIGURES] = 0.0
+        table.loc[timed, ["status", "reason"]] = ""  # whether the core was shared
+    return table
 
 
 def check_same(one: Path, other: Path) -> None:
-    """The same results, times aside."""
-    match one.suffix:
-        case ".parquet":
-            tables = [
-                pd.read_parquet(path).drop(columns=list(TIMING_COLUMNS), errors="ignore")
-                for path in (one, other)
-            ]
-            pd.testing.assert_frame_equal(*tables, check_exact=True)
-        case ".json":
-            check_alike(*(json.loads(path.read_text()) for path in (one, other)))
-        case ".npz":
-            with np.load(one) as found, np.load(other) as expected:
-                assert set(found) == set(expected)
-                for key in found:
-                    np.testing.assert_array_equal(found[key], expected[key])
-        case _:
-            assert one.read_bytes() == other.read_bytes()
+    """The same results, times aside; to nine digits, since OSQP adapts its steps by the clock."""
+    if one.suffix == ".parquet":
+        tables = [without_times(path) for path in (one, other)]
+        is_exact = one.name != RESULTS or not find_suite(tables[0]["suite"].iloc[0]).is_timed
+        pd.testing.assert_frame_equal(*tables, check_exact=is_exact, rtol=1e-9, atol=1e-12)
+    else:
+        assert one.read_bytes() == other.read_bytes()
 
 
 @pytest.fixture(scope="module")

@@ -113,6 +113,18 @@ def test_what_was_found_last_counts(tmp_path: Path) -> None:
         assert journal.read(TASK, "code").quantities == found(2.0).quantities
 
 
+def test_what_is_added_together_is_there_as_a_whole(tmp_path: Path) -> None:
+    both = [(TASK, "code", found(1.0)), (OTHER, "code", found(2.0))]
+    with outcome_journal(tmp_path) as journal:
+        journal.append(TASK, "code", found(0.0))
+        journal.append_together(both)
+        for task, identity, outcome in both:
+            assert journal.read(task, identity).quantities == outcome.quantities
+    with outcome_journal(tmp_path) as journal:
+        for task, identity, outcome in both:
+            assert journal.read(task, identity).quantities == outcome.quantities
+
+
 def test_wherever_a_kill_cuts_the_last_line_the_others_stay(tmp_path: Path) -> None:
     with outcome_journal(tmp_path) as journal:
         journal.append(TASK, "code", found(1.0))

@@ -95,10 +95,6 @@ def interrupt_that_becomes_an_error(number: int, task: SquareTask) -> Square:
         raise RuntimeError("the solver broke off") from None
 
 
-def environment(task: SquareTask) -> tuple[int, str | None, str | None]:
-    return os.getpid(), os.environ.get("OMP_NUM_THREADS"), os.environ.get("OPENBLAS_NUM_THREADS")
-
-
 @pytest.fixture(autouse=True)
 def heard() -> Iterator[None]:
     """Interrupts come, also where pytest itself runs behind "&" in a script."""
@@ -240,22 +236,3 @@ def test_a_journal_in_use_is_refused(run: Any, tmp_path: Path) -> None:
     with FileLock(f"{path}.lock"), pytest.raises(InputError, match="is being written by another"):
         run(square, range(3))
     assert not path.exists()
-
-
-@pytest.mark.parametrize("threads", ["1", "2", None])
-def test_times_are_measured_without_threads(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, threads: str | None
-) -> None:
-    """Here where NumPy was told so in time, else in a process that is."""
-    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
-    monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    if threads is None:
-        monkeypatch.delenv("OMP_NUM_THREADS")
-    else:
-        monkeypatch.setenv("OMP_NUM_THREADS", threads)
-    tasks = [SquareTask(number, tmp_path) for number in range(2)]
-    jobs = Jobs[SquareTask](single_threaded=True)
-    found = kept_results(NAME, environment, tasks, tmp_path, jobs=jobs)
-    assert [rest for _, *rest in found] == [["1", "1"]] * 2
-    assert {process == os.getpid() for process, *_ in found} == {threads == "1"}
-    assert os.environ.get("OMP_NUM_THREADS") == threads

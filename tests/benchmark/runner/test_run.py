@@ -101,31 +101,54 @@ def test_whatever_breaks_off_is_a_reason(
     assert (row["status"], row["reason"]) == (FAILED, reason)
 
 
-def test_what_measures_times_runs_when_the_others_are_finished(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def raced(folder: Path, monkeypatch: pytest.MonkeyPatch, estimators: str, broken: str = "") -> str:
+    """Run a case of which some estimators measure times; return who ran, in order."""
     monkeypatch.setattr(run_module, "is_single_threaded", lambda: True)  # so in this process
-    function = Runs()
-    run_tasks(
-        tasks(5),
+    ran: list[str] = []
+
+    def function(task: Task, scope: Scope) -> Outcome:
+        ran.append(task.estimator)
+        return failed("broke") if task.estimator in broken else Outcome("", (), 1, 1.0, 0.0, 0.0)
+
+    asked = [Task("stub", "moves", "accel", name, 0) for name in estimators]
+    number = run_tasks(
+        asked,
         SCOPE,
         Workers(1),
-        tmp_path,
+        folder,
         lambda _: lambda _: None,
         function,
         lambda *_: "code",
-        is_timed=lambda task: task.seed in {0, 2},
+        is_timed=lambda task: task.estimator.isupper(),
     )
-    assert function.seeds == [1, 3, 4, 0, 2]
+    assert number == len(ran)
+    return "".join(ran)
 
 
-def test_what_measures_times_starts_no_threads(
+def test_what_measures_times_runs_when_the_others_are_finished(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    assert raced(tmp_path, monkeypatch, "AbCd") == "bdAC"
+    assert raced(tmp_path, monkeypatch, "AbCd") == ""
+
+
+def test_a_race_of_which_one_is_missing_runs_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is timed against each other is of one race."""
+    assert raced(tmp_path, monkeypatch, "Ab") == "bA"
+    assert raced(tmp_path, monkeypatch, "AbCd", broken="C") == "dAC"
+    assert raced(tmp_path, monkeypatch, "AbCd") == "AC"
+    assert raced(tmp_path, monkeypatch, "A") == ""
+
+
+def test_what_measures_times_starts_no_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in SINGLE_THREADED:
         monkeypatch.delenv(name, raising=False)
-    found = dict(run_alone(threads, tasks(2)))
-    assert {outcome.reason for outcome in found.values()} == {repr(dict(SINGLE_THREADED))}
+    found = [*run_alone(threads, [tuple(tasks(2))])]
+    assert [race for race, _ in found] == [tuple(tasks(2))]
+    said = [outcome.reason for _, outcomes in found for outcome in outcomes]
+    assert said == [repr(dict(SINGLE_THREADED))] * 2
     assert not any(name in os.environ for name in SINGLE_THREADED)
 
 

@@ -5,28 +5,51 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmark.tasks.task import Outcome
 from estimation.status import Status
-from suites.real_time.deadlines import KINDS, counted, deadline_rows
+from suites.real_time.deadlines import (
+    DUE,
+    KINDS,
+    LATE,
+    OVERRUN,
+    PREDICTED,
+    SOLVED,
+    STOPPED,
+    StepDeadline,
+    counted,
+    deadline_race,
+)
 from suites.real_time.streams import simulated
+
+
+def figures(outcome: Outcome) -> dict[str, float]:
+    return {quantity.name: quantity.bias for quantity in outcome.quantities}
 
 
 def test_steps_are_counted() -> None:
     took = np.array([0.5, 1.0, 1.5, 3.0]) * 1e-3
     statuses = [Status.PREDICTED, Status.SOLVED, Status.TIME_LIMIT, Status.NO_READING]
-    row = counted("mhe", 1e-3, took, statuses)
-    assert (row.steps, row.in_time) == (4, 0.5)
-    assert row.worst_overrun_s == pytest.approx(2e-3)
-    assert (row.predicted, row.limited, row.solved) == (0.25, 0.25, 0.5)
+    found = counted("a model", 1e-3, took, statuses)
+    assert (found.model, found.samples, found.solved_fraction) == ("a model", 4, 0.5)
+    assert figures(found) == pytest.approx(
+        {LATE: 0.5, PREDICTED: 0.25, STOPPED: 0.25, SOLVED: 0.5, OVERRUN: 2000.0, DUE: 1000.0}
+    )
+    assert found.step_time_median_s == pytest.approx(1.25e-3)
 
 
 def test_in_time_there_is_no_overrun() -> None:
-    assert counted("mhe", 1.0, np.array([0.5]), [Status.SOLVED]).worst_overrun_s == 0
+    found = figures(counted("", 1.0, np.array([0.5]), [Status.SOLVED]))
+    assert (found[LATE], found[OVERRUN]) == (0, 0)
 
 
-def test_every_estimator_and_deadline_has_its_row() -> None:
-    stream = simulated("turntable", seconds=0.5)
-    rows = [row for name in KINDS for row in deadline_rows(name, stream, 120)]
-    assert {row.estimator for row in rows} == set(KINDS)
-    for row in rows:
-        assert row.predicted + row.limited + row.solved == pytest.approx(1)
-    assert [row.steps for row in rows] == [120, 12, 12] * 2
+@pytest.mark.parametrize("deadline", [StepDeadline(30, seconds=0.5), StepDeadline(30, medians=1e6)])
+def test_every_estimator_steps_with_the_deadline(deadline: StepDeadline) -> None:
+    """So long a one that no step is late."""
+    found = deadline_race(simulated("turntable", seconds=0.2), deadline)  # ends, and begins again
+    assert set(found) == set(KINDS)
+    for outcome in found.values():
+        told = figures(outcome)
+        assert outcome.samples == 30
+        assert told[LATE] == told[OVERRUN] == 0
+        assert told[PREDICTED] + told[STOPPED] + told[SOLVED] == pytest.approx(1)
+        assert told[DUE] == 5e5 or deadline.medians

@@ -1,52 +1,69 @@
-"""The study of kept factors: against itself nothing is apart, and rows are well-formed."""
+"""Kept factors: against itself nothing is apart, and what is kept is near."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+import pytest
 
+from benchmark.tasks.task import Outcome, Quantity
 from estimation.estimator import run
 from mhe.config import MheRtiConfig
 from mhe.realtime import MheRti
 from mhe.reuse import REUSE_THRESHOLD
+from suites.real_time import reuse
 from suites.real_time.reuse import (
     FILTERED,
     FULL,
+    KEPT,
+    NEWEST,
     OTHERS,
+    TIME,
     distances,
     interleaved,
-    reuse_rows,
+    reuse_race,
+    threshold_name,
 )
-from suites.real_time.streams import CASES, available, simulated
+from suites.real_time.streams import simulated
 
 
-def test_rows_of_a_short_stream() -> None:
+def only(monkeypatch: pytest.MonkeyPatch, *thresholds: float) -> None:
+    """Let only so many thresholds run beside the full passes."""
+    chosen = dict.fromkeys((FULL, *OTHERS), 0.0) | {threshold_name(t): t for t in thresholds}
+    monkeypatch.setattr(reuse, "CONTENDERS", chosen)
+
+
+def quantities(outcome: Outcome) -> dict[str, Quantity]:
+    return {quantity.name: quantity for quantity in outcome.quantities}
+
+
+def test_a_race_over_a_short_stream(monkeypatch: pytest.MonkeyPatch) -> None:
+    only(monkeypatch, 0.5, math.inf)
     stream = simulated("turntable", seconds=1.5)
-    rows = reuse_rows("turntable", stream, horizons=(5,), thresholds=(0.5, math.inf))
-    assert [row.contender for row in rows] == [
-        FULL,
-        *OTHERS,
-        "threshold 0.5",
-        "threshold inf",
-    ]
-    first, *others = rows
-    assert (first.rms_std, first.max_std, first.reused, first.time_ratio) == (0, 0, 0, 1)
-    for row in others:
-        assert 0 < row.rms_std <= row.max_std
-        assert row.time_ratio > 0
-    assert 0 == others[0].reused < others[2].reused <= others[3].reused < 1
+    found = reuse_race(stream, 5)
+    assert list(found) == [FULL, *OTHERS, "threshold 0.5", "threshold inf"]
+    told = {name: quantities(outcome) for name, outcome in found.items()}
+    first = told.pop(FULL)
+    assert (first[NEWEST].rmse, first[NEWEST].max_error, first[KEPT].bias) == (0, 0, 0)
+    assert first[TIME].bias == 1
+    for of_it in told.values():
+        assert 0 < of_it[NEWEST].rmse <= of_it[NEWEST].max_error
+        assert of_it[TIME].bias > 0
+    kept = [told[name][KEPT].bias for name in (FILTERED, "threshold 0.5", "threshold inf")]
+    assert 0 == kept[0] < kept[1] <= kept[2] < 1
+    assert all(outcome.samples == len(stream.recording.time_s) for outcome in found.values())
 
 
-def test_keeping_factors_is_near_full_passes_with_the_same_elimination() -> None:
-    rows = reuse_rows(
-        "pen24", simulated("pen24", seconds=2.0), horizons=(20,), thresholds=(REUSE_THRESHOLD,)
-    )
-    of = {row.contender: row for row in rows}
-    kept = of[f"threshold {REUSE_THRESHOLD:g}"]
-    assert kept.reused > 0.6
-    assert 0 < kept.rms_std < 0.004  # as the README says, whatever else is near
-    assert kept.rms_std < of[FILTERED].rms_std
+def test_keeping_factors_is_near_full_passes_with_the_same_elimination(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    only(monkeypatch, REUSE_THRESHOLD)
+    found = reuse_race(simulated("pen24", seconds=2.0), 20)
+    kept = quantities(found[threshold_name(REUSE_THRESHOLD)])
+    assert kept[KEPT].bias > 0.6
+    assert 0 < kept[NEWEST].rmse < 0.004  # as the page says, whatever else is near
+    assert kept[NEWEST].rmse < quantities(found[FILTERED])[NEWEST].rmse
 
 
 def test_taking_turns_changes_nothing() -> None:
@@ -59,7 +76,3 @@ def test_taking_turns_changes_nothing() -> None:
         alone = run(MheRti(stream.model, configs[name]), stream.recording)
         np.testing.assert_array_equal(history.mean, alone.mean)
         assert not distances(stream.model, history, alone).any()
-
-
-def test_without_recordings_the_simulated_streams_are_left() -> None:
-    assert set(available(None)) == {name for name, case in CASES.items() if not case.is_real}

@@ -20,8 +20,8 @@ from suites.speed.contenders import WINDOW_CONTENDERS
 from suites.speed.osqp_contender import TUNED_BOUNDED, Osqp
 from suites.speed.own_contenders import WindowStep
 from suites.speed.problems import Problem
+from suites.speed.races import RacedProblem, race_windows
 from suites.speed.runner import Racer, built, race
-from suites.speed.suite import RacedProblem, race_windows
 from suites.speed.tangent import is_plain
 from suites.speed.windows import SpeedWindow, solved_windows
 
@@ -64,21 +64,22 @@ def marked(problems: Sequence[Problem]) -> list[Any]:
 
 
 @pytest.fixture(scope="module", params=marked((*FREE, *BOUNDED)))
-def raced(request: pytest.FixtureRequest) -> tuple[RacedProblem, dict[str, str]]:
-    absent: dict[str, str] = {}
+def raced(request: pytest.FixtureRequest) -> tuple[RacedProblem, dict[Entry[Any], str]]:
+    absent: dict[Entry[Any], str] = {}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("estimation.native.compiler", lambda: None)
         return race_windows(request.param, absent.setdefault), absent
 
 
-Raced = tuple[RacedProblem, dict[str, str]]
+Raced = tuple[RacedProblem, dict[Entry[Any], str]]
 
 
 def test_every_contender_runs_or_is_left_out_by_name(raced: Raced) -> None:
     result, absent = raced
     ran = {f"{row.contender} ({row.mode})" for row in result.rows}
-    assert ran | set(absent) == {entry.label for entry in WINDOW_CONTENDERS}
-    assert not ran & set(absent)
+    left_out = {entry.label for entry in absent}
+    assert ran | left_out == {entry.label for entry in WINDOW_CONTENDERS}
+    assert not ran & left_out
     # These come with the package.
     assert {"mhe-rti (one pass)", "mhe (converged)", "ipopt (converged)"} <= ran
     assert {"osqp (one pass)", "osqp-tuned (one pass)"} <= ran

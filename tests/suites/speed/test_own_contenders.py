@@ -20,8 +20,8 @@ from suites.speed.exported_contender import ExportedStep
 from suites.speed.held_rows import HeldRows
 from suites.speed.own_contenders import LiveStep, WindowStep
 from suites.speed.problems import Problem
+from suites.speed.races import StreamPlan, race_reuse
 from suites.speed.samples import filtered_stream
-from suites.speed.suite import StreamPlan, race_reuse
 from suites.speed.windows import solved_windows
 
 compiled = pytest.mark.skipif(native.compiler() is None, reason="nothing compiles here")
@@ -87,7 +87,7 @@ def test_factors_are_kept_by_default_and_by_no_other_entry() -> None:
 
 @compiled
 def test_the_reuse_race_has_a_row_per_entry() -> None:
-    absent: dict[str, str] = {}
+    absent: dict[Any, str] = {}
     rows = race_reuse(TURNTABLE, StreamPlan(3, 1, 1), absent.setdefault)
     assert absent == {}
     expected = [(entry.horizon, entry.mode) for entry in REUSE_CONTENDERS]

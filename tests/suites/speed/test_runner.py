@@ -141,12 +141,13 @@ def test_what_cannot_be_built_is_left_out_by_name(model: StateSpaceModel) -> Non
         peer("no_such_module_anywhere", "nobody")
         raise AssertionError
 
-    absent: dict[str, str] = {}
+    absent: dict[Entry[int], str] = {}
     entries = [Entry("nobody", "converged", build), entry("a", [])]
     racers = built(entries, model, 0, absent.setdefault)
     assert [racer.entry.name for racer in racers] == ["a"]
-    assert list(absent) == ["nobody (converged)"]
-    assert absent["nobody (converged)"].startswith("nobody cannot be imported (No module named")
+    ((gone, why),) = absent.items()
+    assert gone.label == "nobody (converged)"
+    assert why.startswith("nobody cannot be imported (No module named")
 
 
 def test_a_race_of_nobody_is_over(model: StateSpaceModel) -> None:
