@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from commands import calibrate, check, codegen, simulate, study_commands
+from commands import benchmark_commands, calibrate, check, codegen, observe, simulate
 from commands.group import App, Commands
 from commands.help_page import Command
 from commands.sentences import one_line_warning
@@ -52,8 +52,9 @@ def main(
 
 app.command(cls=Command)(simulate.simulate)
 app.command(cls=Command)(check.check)
-for name, command in study_commands.COMMANDS.items():
-    app.command(name, cls=Command)(command)
+app.command(cls=Command)(benchmark_commands.benchmark)
+app.command(cls=Command)(benchmark_commands.report)
+app.command(cls=Command)(observe.observe)
 app.command(cls=Command)(codegen.codegen)
 app.add_typer(calibrate.app, name="calibrate")
 

@@ -1,11 +1,9 @@
-"""Objects from files of ours that somebody may have altered: only of types that belong there."""
+"""Objects from files of ours that somebody may have altered: fields are what they should be."""
 
 from __future__ import annotations
 
 import dataclasses
-import io
-import pickle
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -24,10 +22,6 @@ _KINDS: Mapping[str, Any] = {
     "Array | None": (np.ndarray, type(None)),
 }
 """Type of a field, as it is written there → what may stand in it."""
-
-_ARRAYS = ("_reconstruct", "scalar", "ndarray", "dtype", "_frombuffer")
-"""Functions and classes of NumPy by which an array is unpickled."""
-_PLAIN = ("complex", "set", "frozenset", "bytearray", "slice", "range")
 
 
 def checked_fields(found: FoundT) -> FoundT:
@@ -52,40 +46,3 @@ def checked_fields(found: FoundT) -> FoundT:
     if len(lengths) > 1:
         raise TypeError(f"arrays have lengths {sorted(lengths)}, expected one")
     return found
-
-
-class _OwnPickle(pickle.Unpickler):
-    """Knows classes of some packages, and arrays; what else a pickle names is refused.
-
-    A pickle may name any function, and what it names is called.
-    """
-
-    def __init__(self, data: bytes, packages: Iterable[str]) -> None:
-        super().__init__(io.BytesIO(data))
-        self._packages = frozenset(packages)
-
-    def find_class(self, module: str, name: str) -> Any:
-        """Return what a pickle names; raises `pickle.UnpicklingError` for what it may not."""
-        package = module.split(".")[0]
-        if (package == "numpy" and name in _ARRAYS) or (module == "builtins" and name in _PLAIN):
-            return super().find_class(module, name)
-        if package in self._packages and isinstance(
-            found := super().find_class(module, name), type
-        ):
-            return found
-        raise pickle.UnpicklingError(f"names {module}.{name}, which does not belong there")
-
-
-def unpickled(data: bytes, packages: Iterable[str]) -> Any:
-    """Return the object of a pickle that holds plain values, arrays and classes of packages.
-
-    Parameters
-    ----------
-    packages : names of those that may be imported: ``suites``
-
-    Raises
-    ------
-    Exception
-        Whatever a damaged pickle makes of itself.
-    """
-    return _OwnPickle(data, packages).load()

@@ -50,7 +50,6 @@ def run_in_processes(
     *,
     row: Callable[[TaskT], Hashable],
     died: Callable[[str], ResultT],
-    goes_on: Callable[[], bool] = lambda: True,
 ) -> Iterator[tuple[TaskT, ResultT]]:
     """Run tasks in processes; yield each with its result, as they finish.
 
@@ -64,14 +63,13 @@ def run_in_processes(
     jobs : number of processes
     row : what neighbouring tasks of one row have in common
     died : a sentence → the result of a task whose processes died
-    goes_on : asked between tasks; once it is false, what runs is finished and nothing begun
     """
     for name in ONE_THREAD:  # read by BLAS when a process begins
         os.environ.setdefault(name, "1")
     rows = (list(tasks_of_row) for _, tasks_of_row in groupby(tasks, key=row))
     lanes = [_Lane(function) for _ in range(jobs)]
     try:
-        yield from _finished(lanes, rows, died, goes_on)
+        yield from _finished(lanes, rows, died)
     except BaseException:  # an interrupt, an error, or nobody who wants more
         for lane in lanes:
             lane.kill()
@@ -85,16 +83,12 @@ def _finished(
     lanes: Sequence[_Lane[TaskT, ResultT]],
     rows: Iterator[list[TaskT]],
     died: Callable[[str], ResultT],
-    goes_on: Callable[[], bool],
 ) -> Iterator[tuple[TaskT, ResultT]]:
     """Give the lanes what there is to do; yield what they have done."""
     deaths: Counter[TaskT] = Counter()
     while True:
         for lane in lanes:
-            if goes_on():
-                lane.fill(rows, lanes)
-            else:
-                lane.take_back()
+            lane.fill(rows, lanes)
         running = {future: lane for lane in lanes for future in lane.given}
         if not running:
             return
@@ -146,11 +140,6 @@ class _Lane(Generic[TaskT, ResultT]):
                 broken.set_exception(error)
                 self.given[broken] = task
                 return
-
-    def take_back(self) -> None:
-        """Take back what the process was given and has not begun."""
-        for future in [future for future in self.given if future.cancel()]:
-            del self.given[future]
 
     def finished(self) -> Iterator[tuple[TaskT, ResultT]]:
         """Take out the tasks that are done; those whose process died stay."""

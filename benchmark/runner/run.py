@@ -78,6 +78,15 @@ def _outcomes(function: Callable[[Task], Outcome], race: Race) -> Iterable[Outco
     return [function(task) for task in race]
 
 
+def _together(tasks: Iterable[Task], is_timed: Callable[[Task], bool]) -> list[Race]:
+    """Return tasks in groups that run as a whole: races, and every other task by itself."""
+    groups: dict[Hashable, list[Task]] = {}
+    for task in tasks:
+        group = (task.suite, task.case, task.seed) if is_timed(task) else task
+        groups.setdefault(group, []).append(task)
+    return [tuple(group) for group in groups.values()]
+
+
 def _row(task: Task) -> tuple[str, ...]:
     return task.suite, task.case, task.sensors, task.estimator
 
@@ -117,13 +126,9 @@ def run_tasks(
     """
     made_with = {task: identity(task, scope) for task in tasks}
     with outcome_journal(folder) as journal:
-        groups: dict[Hashable, list[Task]] = {}
-        for task in tasks:
-            together = (task.suite, task.case, task.seed) if is_timed(task) else task
-            groups.setdefault(together, []).append(task)
         todo = [
-            tuple(group)
-            for group in groups.values()
+            group
+            for group in _together(tasks, is_timed)
             if not all(journal.has(task, made_with[task]) for task in group)
         ]
         total = sum(map(len, todo))

@@ -9,9 +9,7 @@ from typer.testing import CliRunner
 
 from commands.cli import app
 
-COMMANDS = (
-    *(("benchmark", "pen"), ("benchmark", "speed"), ("benchmark", "real-time")),
-)
+COMMANDS = (*(("benchmark", "pen"), ("benchmark", "speed"), ("benchmark", "real-time")),)
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)

@@ -1,17 +1,14 @@
-"""Every suite and every study in small, in a process of its own for a test to end: NAME FOLDER."""
+"""Every suite in small, in a process of its own for a test to end: NAME FOLDER."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 import typer
 
-from benchmark.runner.kept import journal_path
-from benchmark.runner.outcome_lines import NAME
 from benchmark.runner.run import Workers
 from benchmark.tasks.suite import Scope
 from benchmark.tasks.task import Task
@@ -30,28 +27,14 @@ class SmallRun:
     ----------
     run : fills a folder
     tasks : that it has
-    journal : a folder → the file that keeps what is finished
-    written : files in the folder that hold the results, times among them
     reads_data : whether it needs the folder of real recordings
     is_quick : whether one that Ctrl-C ends belongs into the quick tests
     """
 
     run: Callable[[Path], None]
     tasks: int
-    journal: Callable[[Path], Path]
-    written: tuple[str, ...]
     reads_data: bool = False
     is_quick: bool = False
-
-
-def study(
-    name: str,
-    run: Callable[[Path], None],
-    tasks: int,
-    written: tuple[str, ...],
-    is_quick: bool = False,
-) -> SmallRun:
-    return SmallRun(run, tasks, lambda folder: journal_path(name, folder), written, False, is_quick)
 
 
 def suite(
@@ -75,8 +58,6 @@ def suite(
     return SmallRun(
         run,
         tasks,
-        lambda folder: folder / NAME,
-        ("results.parquet", "series.parquet"),
         data is not None,
         is_quick,
     )
@@ -108,7 +89,7 @@ def main() -> None:
     name, folder, data = sys.argv[1:]
     try:
         with one_sentence():
-            {**small_suites(data), **STUDIES}[name].run(Path(folder))
+            small_suites(data)[name].run(Path(folder))
     except typer.Exit as ended:
         sys.exit(ended.exit_code)
 

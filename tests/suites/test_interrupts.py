@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGKILL of every suite and study half-way: nothing finished is lost."""
+"""Ctrl-C and SIGKILL of every suite half-way: nothing finished is lost."""
 
 from __future__ import annotations
 
@@ -15,18 +15,17 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from benchmark.runner.tables import RESULTS
+from benchmark.runner.outcome_lines import NAME
+from benchmark.runner.tables import RESULTS, SERIES
 from benchmark.tasks.results import TIMING_COLUMNS
 from commands.sentences import ExitCode
-from commands.study_commands import COMMANDS
 from pen_mhe.rooms import ROOT
-from suites.studies import STUDIES
 from suites.table import NAMED, find_suite
 from tests.suites import small_runs
 from tests.suites.small_runs import SmallRun
 
 DATA = os.environ.get("PEN_MHE_DATA", "")
-SMALL = {**small_runs.small_suites(DATA), **small_runs.STUDIES}
+SMALL = small_runs.small_suites(DATA)
 WITHIN_S, ENDS_WITHIN_S = 200.0, 15.0
 """Longest wait for half of a run; and for the end of one that was interrupted."""
 
@@ -49,9 +48,8 @@ def cases() -> list[Any]:
     ]
 
 
-def test_every_suite_and_study_has_a_small_run() -> None:
-    assert set(SMALL) == {*NAMED, *STUDIES}
-    assert set(STUDIES) <= set(COMMANDS)
+def test_every_suite_has_a_small_run() -> None:
+    assert set(SMALL) == set(NAMED)
 
 
 def start(name: str, folder: Path) -> subprocess.Popen[str]:
@@ -74,7 +72,7 @@ def whole_lines(journal: Path) -> list[bytes]:
 def wait_for_some(process: subprocess.Popen[str], small: SmallRun, folder: Path) -> None:
     """Wait until some tasks are finished, but not all."""
     until = time.monotonic() + WITHIN_S
-    while len(whole_lines(small.journal(folder))) < min(3, small.tasks // 2):
+    while len(whole_lines(folder / NAME)) < min(3, small.tasks // 2):
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < until
         time.sleep(0.005)
@@ -92,26 +90,23 @@ def without_times(path: Path) -> pd.DataFrame:
 
 def check_same(one: Path, other: Path) -> None:
     """The same results, times aside; to nine digits, since OSQP adapts its steps by the clock."""
-    if one.suffix == ".parquet":
-        tables = [without_times(path) for path in (one, other)]
-        is_exact = one.name != RESULTS or not find_suite(tables[0]["suite"].iloc[0]).is_timed
-        pd.testing.assert_frame_equal(*tables, check_exact=is_exact, rtol=1e-9, atol=1e-12)
-    else:
-        assert one.read_bytes() == other.read_bytes()
+    tables = [without_times(path) for path in (one, other)]
+    is_exact = one.name != RESULTS or not find_suite(tables[0]["suite"].iloc[0]).is_timed
+    pd.testing.assert_frame_equal(*tables, check_exact=is_exact, rtol=1e-9, atol=1e-12)
 
 
 @pytest.fixture(scope="module")
 def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """Name → folder and output of a run that nothing ends early; each once."""
-    found: dict[str, tuple[Path, str]] = {}
+    """Name → folder of a run that nothing ends early; each once."""
+    found: dict[str, Path] = {}
 
-    def run(name: str) -> tuple[Path, str]:
+    def run(name: str) -> Path:
         if name not in found:
             folder = tmp_path_factory.mktemp(name)
             process = start(name, folder)
-            printed, errors = process.communicate(timeout=WITHIN_S)
+            _, errors = process.communicate(timeout=WITHIN_S)
             assert process.returncode == 0, errors
-            found[name] = folder, printed
+            found[name] = folder
         return found[name]
 
     return run
@@ -124,7 +119,7 @@ def test_nothing_finished_is_lost(
     small = SMALL[name]
     if small.reads_data and not DATA:
         pytest.skip("PEN_MHE_DATA is not set: no real recordings here")
-    journal = small.journal(tmp_path)
+    journal = tmp_path / NAME
     process = start(name, tmp_path)
     try:
         wait_for_some(process, small, tmp_path)
@@ -149,16 +144,13 @@ def test_nothing_finished_is_lost(
     printed, errors = again.communicate(timeout=WITHIN_S)
     assert again.returncode == 0, errors
     said = f"{len(kept)} of {small.tasks} tasks are finished already"
-    rest = [line for line in printed.splitlines() if not line.startswith(said)]
-    assert len(rest) == len(printed.splitlines()) - 1
+    assert sum(line.startswith(said) for line in printed.splitlines()) == 1
     lines = whole_lines(journal)
     assert lines[: len(kept)] == kept
     tasks = Counter(json.dumps(json.loads(line)["task"]) for line in lines)
     assert set(tasks.values()) == {1}  # none ran again
     assert len(tasks) == small.tasks
 
-    folder, expected = uninterrupted(name)
-    for written in small.written:
+    folder = uninterrupted(name)
+    for written in (RESULTS, SERIES):
         check_same(tmp_path / written, folder / written)
-    if not small.written:
-        assert rest == expected.splitlines()

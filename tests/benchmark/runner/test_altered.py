@@ -1,12 +1,9 @@
-"""What a run has written and somebody has altered since: refused in a sentence, and never run."""
+"""What a run has written and somebody has altered since: refused in a sentence."""
 
 from __future__ import annotations
 
-import base64
 import json
 import os
-import pickle
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +13,10 @@ import pytest
 from benchmark.runner.about import NAME as RUN
 from benchmark.runner.about import read_about
 from benchmark.runner.journal import Journal
-from benchmark.runner.kept import Jobs, journal_path, kept_results
 from benchmark.runner.outcome_lines import NAME, outcome_journal
 from benchmark.runner.tables import RESULTS, SERIES, read_tables
 from benchmark.tasks.task import Task
 from models.errors import InputError
-from models.known_types import unpickled
 from tests.fuzz.seeds import IDENTITY, OUTCOME, TASK, results_tables
 
 
@@ -60,44 +55,6 @@ def test_a_line_without_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(InputError, match="line at byte 0: 101 bytes of a line of a journal"):
         outcome_journal(tmp_path).__enter__()
     assert (tmp_path / NAME).stat().st_size == 101
-
-
-def double(number: int) -> int:
-    return 2 * number
-
-
-class Command:
-    """Whose pickle makes a folder."""
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = str(folder)
-
-    def __reduce__(self) -> tuple[Callable[..., None], tuple[str]]:
-        return os.mkdir, (self._folder,)
-
-
-def test_a_pickle_runs_nothing(tmp_path: Path) -> None:
-    def run() -> list[int]:
-        return kept_results("s", double, [1], tmp_path, jobs=Jobs(), identity=str)
-
-    assert run() == run() == [2]
-    path = journal_path("s", tmp_path)
-    line = json.loads(path.read_text())
-    evil = base64.b64encode(pickle.dumps(Command(tmp_path / "made"))).decode()
-    path.write_text(json.dumps({**line, "pickle": evil}) + "\n")
-    with pytest.raises(InputError, match=r"damaged \(names posix.mkdir, which does not belong"):
-        run()
-    assert not (tmp_path / "made").exists()
-
-
-@pytest.mark.parametrize("name", ["eval", "exec", "getattr", "__import__", "print"])
-def test_no_function_is_named(name: str) -> None:
-    data = b"cbuiltins\n" + name.encode() + b"\n."
-    with pytest.raises(pickle.UnpicklingError, match="does not belong there"):
-        unpickled(data, ("models",))
-    with pytest.raises(pickle.UnpicklingError, match="does not belong there"):
-        unpickled(b"cmodels.bundled\nsensor_names\n.", ("models",))
-    assert unpickled(pickle.dumps(TASK), ("benchmark",)) == TASK
 
 
 @pytest.mark.parametrize(

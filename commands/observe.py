@@ -1,18 +1,14 @@
-"""Commands that answer a question about a pen rather than estimate a recording."""
+"""The command ``observe``: what a choice of sensors can see."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from benchmark.runner.interrupts import not_swallowed
-from commands.benchmark_commands import DataOption, benchmark, report
 from commands.options import PenOption, SensorsOption, WritingAreaOption, names
 from commands.sentences import one_sentence
-from estimation.output_folder import RESULTS
 
 
 def observe(
@@ -26,13 +22,3 @@ def observe(
         from commands import observe_run  # models are slow to import
 
         observe_run.run_observe(pen, names(sensors), writing_area, duration)
-
-
-
-
-COMMANDS: Mapping[str, Callable[..., None]] = {
-    "benchmark": benchmark,
-    "report": report,
-    "observe": observe,
-}
-"""Name → function of every command here."""
