@@ -79,4 +79,4 @@ def test_no_list_stays_open() -> None:
 def test_without_arguments_there_is_the_help() -> None:
     result = CliRunner().invoke(app, [], prog_name="pen-mhe")
     assert result.exit_code == 2
-    assert result.stderr.strip() == page().strip()
+    assert result.stderr.split() == page().split()  # the runner's lines are two wider

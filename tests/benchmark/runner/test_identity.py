@@ -96,7 +96,9 @@ def test_a_task_depends_on_the_recordings_that_it_reads(
     (tmp_path / "real").mkdir()
     (tmp_path / "real" / "a").write_text("1")
     suite = SimpleNamespace(
-        reads=lambda task: "real" if task.seed else "", made_of=lambda scope: ""
+        reads=lambda task: "real" if task.seed else "",
+        made_of=lambda scope: "",
+        is_timed=False,
     )
     monkeypatch.setattr(execute, "find_suite", lambda _: suite)
     reading, other = Task("s", "c", "n", "e", 1), Task("s", "c", "n", "e", 0)
