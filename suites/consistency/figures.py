@@ -24,7 +24,12 @@ LIMIT = 2.6
 EXPECTED = "expected"
 HEAD = (
     *("Truth", "Estimator", f"NEES from {SETTLED_S:g} s on: mean of runs", "Expected"),
-    *("Away / standard errors", "At the first sample", "NIS per row"),
+    *(
+        "Away / standard errors",
+        "At the first sample",
+        "NIS per row",
+        "Single states: error / deviation",
+    ),
 )
 
 
@@ -32,21 +37,19 @@ def figures(results: Results) -> Sequence[Figure]:
     """Return a figure per choice of sensors: NEES over time, a panel per case."""
     found = []
     for number, sensors in enumerate(dict.fromkeys(results.series["sensors"])):
-        panels = [
-            Panel(
-                f"{name}: {case.label}", "time (s)", "NEES / states", lines, y_log=True, own_x=True
-            )
-            for name, case in CASES.items()
-            if (lines := _lines(results, sensors, name))
-        ]
+        shown = {name: lines for name in CASES if (lines := _lines(results, sensors, name))}
+        told = " ".join(f"{name}: {CASES[name].label}." for name in shown)
         found.append(
             Figure(
                 f"consistency-{number + 1}",
                 f"NEES over time: {sensors}",
                 "Mean of the runs, and the band of 10 to 90 % of them. What is expected of a "
-                "consistent estimator is 1. A mean beyond the band comes from a few runs.",
-                panels,
-                columns=min(2, len(panels)),
+                f"consistent estimator is 1. A mean beyond the band comes from a few runs. {told}",
+                [
+                    Panel(name, "time (s)", "NEES / states", lines, y_log=True, own_x=True)
+                    for name, lines in shown.items()
+                ],
+                columns=min(2, len(shown)),
             )
         )
     return found
@@ -97,4 +100,5 @@ def _row(case: str, estimator: str, rows: pd.DataFrame) -> tuple[str, ...]:
         f"{runs.deviation:+.1f} ({verdict})",
         f"{runs.first_nees.mean():.4g}",
         f"{np.mean(runs.nis_per_row):.3f}",
+        f"{np.mean(runs.state_error):.3f}",
     )

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 NEES, FIRST_NEES, NIS = "NEES", "NEES at the first sample", "NIS per row"
-STATES = "states"
+STATES, STATE_ERROR = "states", "error of a state over its deviation"
 
 
 def quantities(run: ConsistencyRuns) -> tuple[Quantity, ...]:
@@ -23,6 +23,7 @@ def quantities(run: ConsistencyRuns) -> tuple[Quantity, ...]:
         NEES: run.nees,
         FIRST_NEES: run.first_nees,
         NIS: run.nis_per_row,
+        STATE_ERROR: run.state_error,
         STATES: np.array([run.n_x]),
     }
     return tuple(Quantity.single(name, "1", float(of.item())) for name, of in figures.items())
@@ -35,5 +36,5 @@ def runs_of(rows: pd.DataFrame) -> ConsistencyRuns:
         return np.asarray(rows[rows["quantity"] == quantity]["bias"], dtype=float)
 
     return ConsistencyRuns(
-        int(figures(STATES)[0]), figures(NEES), figures(FIRST_NEES), figures(NIS)
+        int(figures(STATES)[0]), *map(figures, (NEES, FIRST_NEES, NIS, STATE_ERROR))
     )

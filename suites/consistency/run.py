@@ -24,6 +24,7 @@ from estimation.consistency import nees, nis
 from estimation.estimate import EstimateHistory
 from estimation.estimator import Estimator, run
 from estimation.recording import Recording
+from estimation.true_error import true_errors
 from models.arrays import Array
 from models.motion import AttitudeWhiteJerk
 from models.names import unknown
@@ -102,12 +103,15 @@ class ConsistencyRuns:
     nees : (runs,) mean NEES of each run, from `SETTLED_S` on
     first_nees : (runs,) NEES at the first instant
     nis_per_row : (runs,) mean NIS of each run per present row, expected 1
+    state_error : (runs,) error over its deviation, RMS over states and instants from
+        `SETTLED_S` on, expected 1: of each state by itself, where NEES judges all together
     """
 
     n_x: int
     nees: Array
     first_nees: Array
     nis_per_row: Array
+    state_error: Array
 
     @property
     def standard_error(self) -> float:
@@ -172,25 +176,24 @@ class ConsistencyBench:
             seed=seed,
         )
 
-    def run(self, seed: int) -> tuple[EstimateHistory, Array]:
-        """Return the estimates of a seed and their NEES (n,)."""
+    def run(self, seed: int) -> tuple[EstimateHistory, Array, Array]:
+        """Return the estimates of a seed, their NEES (n,) and errors over deviations (n, n_x)."""
         recording = self.recording(seed)
         assert recording.truth is not None
         history = run(self.estimator, recording, covariances=True)
         states = recording.truth.states(self.model.state_names, history.time_s)
-        return history, nees(self.model, history, states)
+        errors = true_errors(self.model, history.mean, states)
+        return history, nees(self.model, history, states), errors / history.std
 
-    def statistics(self, runs: Iterable[tuple[EstimateHistory, Array]]) -> ConsistencyRuns:
-        """Return the statistics of some runs."""
-        mean_nees, first_nees, nis_per_row = [], [], []
-        for history, of_run in runs:
+    def statistics(self, runs: Iterable[tuple[EstimateHistory, Array, Array]]) -> ConsistencyRuns:
+        """Return the statistics of some runs of `run`."""
+        figures = []
+        for history, of_run, ratios in runs:
             squared, rows = nis(history, self.model.measured_rows)
-            mean_nees.append(of_run[history.time_s >= history.time_s[0] + SETTLED_S].mean())
-            first_nees.append(of_run[0])
-            nis_per_row.append(np.nansum(squared) / rows.sum())
-        return ConsistencyRuns(
-            self.model.n_x, np.array(mean_nees), np.array(first_nees), np.array(nis_per_row)
-        )
+            later = history.time_s >= history.time_s[0] + SETTLED_S
+            rms = np.sqrt(np.mean(ratios[later] ** 2))
+            figures.append((of_run[later].mean(), of_run[0], np.nansum(squared) / rows.sum(), rms))
+        return ConsistencyRuns(self.model.n_x, *np.array(figures).T)
 
 
 def bench(

@@ -35,7 +35,7 @@ def tasks(scope: Scope) -> Sequence[Task]:
 def run(task: Task, scope: Scope) -> Outcome:
     """Run one task; raises `InputError` for an unknown case, sensor or estimator."""
     built = _bench(scope.pen or PEN, task.sensors, task.case, task.estimator)
-    found = history, of_run = built.run(task.seed)
+    found = history, of_run, _ = built.run(task.seed)
     over_time = Series(NEES, "1", history.time_s, of_run / built.model.n_x)
     said = quantities(built.statistics([found]))
     return outcome(built.model.name, history, said, series=(over_time,))
@@ -52,12 +52,14 @@ SUITE = Suite(
     summary=(
         "Truth is drawn anew for every seed, from the model itself: there a consistent estimator "
         "has a mean NEES (squared error, measured by its own covariance) of the number of states "
-        "and a mean NIS per row of 1. The standard error is taken across runs, because the "
-        "instants of one run are not independent. The first sample is counted apart, and the NEES "
-        f"from {SETTLED_S:g} s on: an update that is linearised where the prior has the pen at "
-        "rest knows nothing of ω²r. Smooth handwriting is no white jerk: what its rows show is "
-        "what the process noise is worth, not whether an estimator is right. The pen is D-POINT's "
-        "with all its sensors that read motion, and with these but the camera; --pen asks another."
+        "and a mean NIS per row of 1; the error of a single state over its deviation has an RMS "
+        "of 1, which may be so where the states together are not consistent. The standard error "
+        "is taken across runs, because the instants of one run are not independent. The first "
+        f"sample is counted apart, and the NEES from {SETTLED_S:g} s on: an update that is "
+        "linearised where the prior has the pen at rest knows nothing of ω²r. Smooth handwriting "
+        "is no white jerk: what its rows show is what the process noise is worth, not whether an "
+        "estimator is right. The pen is D-POINT's with all its sensors that read motion, and with "
+        "these but the camera; --pen asks another."
     ),
     tasks=tasks,
     run=run,

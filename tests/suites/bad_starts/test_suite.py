@@ -147,7 +147,7 @@ def test_tables_have_medians_and_90th_percentiles() -> None:
     up, rates, near, end = tables = SUITE.tables(results(runs))
     assert [title for title, *_ in tables] == list(CELLS)
     for _, caption, head, rows in tables:
-        assert caption.startswith("4 runs of each case")
+        assert caption == "4 runs of each case by each estimator."
         assert head[3:] == ("ekf", "mhe")
         case = CASES[CASE]
         assert [row[0] for row in rows] == [CASES["strokes-30"].label, case.label]

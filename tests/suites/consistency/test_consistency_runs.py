@@ -24,6 +24,7 @@ from suites.consistency.run import (
     EULER_JERK,
     SETTLED_S,
     ConsistencyRuns,
+    bench,
     case_named,
     case_pen,
     run_case,
@@ -146,7 +147,7 @@ def joined(parts: Iterable[ConsistencyRuns]) -> ConsistencyRuns:
         parts[0].n_x,
         *(
             np.concatenate([getattr(part, name) for part in parts])
-            for name in ("nees", "first_nees", "nis_per_row")
+            for name in ("nees", "first_nees", "nis_per_row", "state_error")
         ),
     )
 
@@ -180,7 +181,8 @@ def test_parts_join_to_the_whole() -> None:
 
 
 def runs_with(nees: list[float]) -> ConsistencyRuns:
-    return ConsistencyRuns(8, np.array(nees), np.array(nees), np.ones(len(nees)))
+    ones = np.ones(len(nees))
+    return ConsistencyRuns(8, np.array(nees), np.array(nees), ones, ones)
 
 
 def test_the_deviation_is_in_standard_errors() -> None:
@@ -231,3 +233,19 @@ def test_the_handwriting_case_has_the_motion_of_the_table() -> None:
     assert np.isfinite(runs.nees).all()
     assert np.isfinite(runs.nis_per_row).all()
     assert runs.nees[0] != runs.nees[1]
+
+
+def test_errors_of_single_states_are_counted_once_settled() -> None:
+    """Of errors of ± 2 deviations, after 100 at first, the RMS is 2; a rate's is ω_true - ω."""
+    built = bench(pen_of(), SENSORS, CASES["settled"], "ekf")
+    history, squared, ratios = built.run(0)
+    truth = built.recording(0).truth
+    assert truth is not None
+    name = "body_rate_x_rad_s"  # no heading, which readings may not show, is in it
+    away = truth.states([name], history.time_s)[:, 0] - history.column(name)
+    column = built.model.state_names.index(name)
+    np.testing.assert_allclose(ratios[:, column], away / history.std_of(name), rtol=1e-9)
+    settled = history.time_s >= SETTLED_S
+    assert 0 < np.count_nonzero(settled) < len(settled)
+    made_up = np.where(settled[:, None], 2.0, 100.0) * np.where(ratios > 0, 1.0, -1.0)
+    assert built.statistics([(history, squared, made_up)]).state_error == pytest.approx(2.0)

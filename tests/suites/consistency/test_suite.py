@@ -22,7 +22,7 @@ from models.errors import InputError
 from models.pen_file import load_pen
 from suites.consistency.figures import EXPECTED
 from suites.consistency.pens import choices, made_of, own
-from suites.consistency.quantities import FIRST_NEES, NEES, NIS, STATES, quantities
+from suites.consistency.quantities import FIRST_NEES, NEES, NIS, STATE_ERROR, STATES, quantities
 from suites.consistency.run import CASES, ConsistencyRuns, run_case
 from suites.consistency.suite import NAME, SUITE
 from suites.execute import chosen_tasks
@@ -87,6 +87,7 @@ def test_rows_put_together_are_the_runs_of_the_seeds() -> None:
             NEES: runs.nees[i],
             FIRST_NEES: runs.first_nees[i],
             NIS: runs.nis_per_row[i],
+            STATE_ERROR: runs.state_error[i],
             STATES: 24,
         }
     results = Results(table_of({task(seed): outcome(seed) for seed in seeds}), series_of(()))
@@ -99,13 +100,17 @@ def test_rows_put_together_are_the_runs_of_the_seeds() -> None:
     assert row[2] == f"{runs.nees.mean():.4g} (median {np.median(runs.nees):.4g})"
     assert row[3] == "24"
     assert row[4].startswith(f"{runs.deviation:+.1f} (")
-    assert row[6] == f"{runs.nis_per_row.mean():.3f}"
+    assert row[6:] == (f"{runs.nis_per_row.mean():.3f}", f"{runs.state_error.mean():.3f}")
+
+
+def made_up_run(nees: float) -> ConsistencyRuns:
+    return ConsistencyRuns(8, *(np.array([value]) for value in (nees, 9.0, 1.0, 1.1)))
 
 
 def made_up(case: str, nees: list[float], sensors: str = SENSORS) -> dict[Task, Outcome]:
     found = {}
     for seed, value in enumerate(nees):
-        one = ConsistencyRuns(8, np.array([value]), np.array([9.0]), np.array([1.0]))
+        one = made_up_run(value)
         found[task(seed, case, sensors=sensors)] = Outcome(
             "pen", quantities(one), 1, 1.0, 1e-5, 1e-5
         )
@@ -159,8 +164,7 @@ def test_the_figure_draws_the_mean_over_runs_of_nees_per_state() -> None:
 
 def test_claims_speak_of_what_is_measured() -> None:
     assert SUITE.claims is not None
-    one = ConsistencyRuns(8, np.array([8.0]), np.array([8.0]), np.array([1.0]))
-    found = Outcome("pen", quantities(one), 1, 1.0, 1e-5, 1e-5)
+    found = Outcome("pen", quantities(made_up_run(8.0)), 1, 1.0, 1e-5, 1e-5)
     table = table_of(dict.fromkeys(SUITE.tasks(Scope(1)), found))
     judged = judge(load_claims(SUITE.claims), table)
     assert not [each.claim.id for each in judged if each.verdict == NO_DATA]
