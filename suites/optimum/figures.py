@@ -21,8 +21,8 @@ LIMIT = "allowed"
 def figures(results: Results) -> Sequence[Figure]:
     """Return the figure, where there are windows in one minimum."""
     panels = [
-        _panel(results, NEWEST, "newest states, standard deviations", NEWEST_LIMIT),
-        _panel(results, COSTS, "costs, relative", COST_LIMIT),
+        _panel(results, NEWEST, "newest states", "standard deviations", NEWEST_LIMIT),
+        _panel(results, COSTS, "costs", "relative", COST_LIMIT),
     ]
     if not any(len(panel.lines) > 1 for panel in panels):
         return []
@@ -39,14 +39,14 @@ def figures(results: Results) -> Sequence[Figure]:
     ]
 
 
-def _panel(results: Results, quantity: str, what: str, limit: float) -> Panel:
+def _panel(results: Results, quantity: str, what: str, unit: str, limit: float) -> Panel:
     lines = [
         Line(kind.label, DISTANCES, shares)
         for name, kind in KINDS.items()
         if (shares := _shares(results, name, quantity)) is not None
     ]
     lines.append(Line(LIMIT, np.full(2, limit), np.array([0.0, 100.0]), style="dashed"))
-    return Panel(what, "farther apart than", "share of windows (%)", lines, x_log=True)
+    return Panel(what, f"farther apart than ({unit})", "share of windows (%)", lines, x_log=True)
 
 
 def _shares(results: Results, case: str, quantity: str) -> Array | None:

@@ -55,5 +55,6 @@ def window_outcome(row: WindowRow, model: str) -> Outcome:
 
 def _said(row: WindowRow) -> str:
     """Return why a window does not hold, and what `mhe` says where it is not that all is well."""
-    said = f"mhe says {row.status.label}" if row.status else ""
+    label = row.status.label
+    said = f"mhe says {label}" if row.status and not row.reason.endswith(label) else ""
     return "; ".join(filter(None, (row.reason, said)))

@@ -38,7 +38,7 @@ def run(task: Task, scope: Scope) -> Outcome:
 
 SUITE = Suite(
     name=NAME,
-    title="The optimum: does mhe end where IPOPT ends?",
+    title="The optimum: whether mhe ends where IPOPT ends",
     summary=(
         "Windows of a seeded table are solved by mhe and by IPOPT (tolerance 1e-10) from the same "
         "prior, readings and start: of all choices of sensors of the free pen and of the "

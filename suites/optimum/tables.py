@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Hashable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from benchmark.figures.figure import Table
 from benchmark.tasks.results import Results
@@ -88,8 +88,8 @@ def _part(label: str, part: pd.DataFrame) -> tuple[str, ...]:
     return label, str(len(part)), *counts, *worst
 
 
-def _listed(row: Mapping[str, object]) -> tuple[str, ...]:
-    seed = int(str(row["seed"]))
+def _listed(row: Mapping[Hashable, Any]) -> tuple[str, ...]:
+    seed = int(row["seed"])
     return (
         str(seed),
         str(row["sensors"]),

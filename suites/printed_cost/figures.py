@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from benchmark.figures.figure import Figure, Line, Panel
+from benchmark.figures.figure import Figure, Line, Panel, Style
 from benchmark.tasks.results import Results
 from suites.printed_cost.over_seeds import OverSeeds, over_seeds
 from suites.printed_cost.run import (
@@ -100,7 +100,7 @@ def _errors(cells: Sequence[OverSeeds], sensors: str, quantity: str, unit: str) 
                 for each in ([cell.mean for cell in there], [cell.spread for cell in there])
             )
             x = aside * np.array([cell.rms[TIP_SPEED] for cell in there])
-            style = "dashed" if model == ON_ANOTHER else "line"
+            style: Style = "dashed" if model == ON_ANOTHER else "line"
             lines.append(Line(label, x, y, low=y - spread, high=y + spread, style=style))
     return Panel(
         f"{quantity}, EKF {sensors}", SPEED_LABEL, f"RMS error ({unit})", lines, x_log=True

@@ -110,6 +110,9 @@ def test_an_improbable_window_says_so() -> None:
     found = window_outcome(replace(SOLVED, **ROWS["above, said"]), "a model")
     assert found.reason == "two minima; mhe says improbable"
     assert found.solved_fraction == 1.0
+    short = replace(SOLVED, **ROWS["above, said"], newton_length=np.inf)
+    said = "mhe stopped short, inf left: improbable"
+    assert window_outcome(short, "a model").reason == said
     unsolved = window_outcome(replace(SOLVED, status=Status.ITERATION_LIMIT), "a model")
     assert (unsolved.reason, unsolved.solved_fraction) == ("mhe says iteration_limit", 0.0)
 
