@@ -157,7 +157,7 @@ def test_figures_join_a_compiled_call_with_all_of_it() -> None:
     quality, horizons = figures(found)
     assert [panel.title for panel in quality.panels] == ["pen15, N = 20", "pen15, N = 100"]
     lines = {line.name: line for line in quality.panels[0].lines}
-    np.testing.assert_allclose(lines["mhe-rti"].x, [100, 1000])
+    np.testing.assert_allclose(lines["mhe-rti"].x, [0.1, 1])
     np.testing.assert_allclose(lines["mhe-rti"].y, [0.5, 0.5])
     np.testing.assert_allclose(lines["ipopt"].y, [1e-9])
     (panel,) = horizons.panels
@@ -166,6 +166,13 @@ def test_figures_join_a_compiled_call_with_all_of_it() -> None:
         "ipopt": [20, 100],
     }
     assert horizons.caption.endswith("pen15: mhe-rti 1.00, ipopt 1.00.")
+
+
+def test_figures_say_where_the_core_was_shared() -> None:
+    slow = results_of([replace(ROW, core_share=0.5)], "pen24_20")
+    for figure in figures(joined(results_of([ROW], "pen15_20"), slow)):
+        assert ("Other work ran beside pen24_20: " in figure.caption) == (figure.key == "speed")
+    assert not any("Other work" in f.caption for f in figures(results_of([ROW], "pen15_20")))
 
 
 def test_without_rows_there_are_no_figures_and_no_tables() -> None:
