@@ -9,9 +9,10 @@ import numpy as np
 from benchmark.figures.figure import Figure, Line, Panel
 from benchmark.report.numbers import number
 from benchmark.tasks.results import Results
+from suites.shared_core import LEAST_SHARE
 from suites.speed.cases import CASES
 from suites.speed.contender import CONVERGED, CONVERGED_CALL, ONE_PASS, PASS_CALL
-from suites.speed.outcomes import CORES, LEAST_SHARE, MEDIAN, NEWEST
+from suites.speed.outcomes import CORES, MEDIAN, NEWEST
 from suites.speed.problems import Problem
 from suites.speed.read import Found, found_in
 

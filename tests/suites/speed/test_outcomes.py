@@ -13,6 +13,7 @@ import pytest
 from benchmark.runner.tables import result_rows
 from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, Results
 from benchmark.tasks.task import OK, Task
+from suites.shared_core import SHARED_CORE
 from suites.speed.cases import CASES
 from suites.speed.clock import OWN_WALL_CLOCK
 from suites.speed.contender import (
@@ -24,7 +25,7 @@ from suites.speed.contender import (
     Entry,
 )
 from suites.speed.figures import figures
-from suites.speed.outcomes import LEFT_OUT, SHARED_CORE, outcomes
+from suites.speed.outcomes import LEFT_OUT, outcomes
 from suites.speed.rows import Row
 from suites.speed.tables import HEAD, tables
 
