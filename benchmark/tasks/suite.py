@@ -58,7 +58,7 @@ class Suite:
     made_of : what else results depend on within a scope: a hash; empty where nothing
     reads : the folder within `Scope.data` that a task reads; empty where it reads none
     row : what tasks that stand together have in common for which something is built
-    is_timed : whether its figures are times: its tasks run after all others, one at a time
+    is_timed : whether its figures are times: its tasks run after all others, one race at a time
     """
 
     name: str

@@ -131,7 +131,7 @@ class Outcome:
     samples : number of estimates
     solved_fraction : of the steps; 1 for an estimator that cannot fail
     step_time_median_s, step_time_p99_s : of a step; the only entries that may differ
-        between two runs of a task
+        between two runs of a task, but for quantities that are times (`Suite.is_timed`)
     status : `OK`, `FAILED`, or a word of the suite: ``mirror``
     reason : a sentence, where the status is not `OK`; else what the suite has to say of the run
     series : of seed 0, for figures

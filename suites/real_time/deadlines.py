@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -12,6 +12,7 @@ from benchmark.tasks.task import Outcome, Quantity
 from estimation.status import Status
 from pen_mhe.estimators import create_estimator
 from suites.real_time.streams import Stream
+from suites.shared_core import CoreClock, judged
 
 HORIZON = 20
 KINDS = ("mhe-rti", "mhe")
@@ -57,8 +58,10 @@ def deadline_race(stream: Stream, deadline: StepDeadline) -> dict[str, Outcome]:
         if seconds is None:
             free = _run(name, stream, None, min(deadline.steps, MEDIAN_STEPS))[0]
             seconds = deadline.medians * float(np.median(free))
-        took_s, statuses = _run(name, stream, seconds, deadline.steps)
-        found[name] = counted(stream.model.name, seconds, took_s, statuses)
+        took_s, statuses, share = _run(name, stream, seconds, deadline.steps)
+        outcome = counted(stream.model.name, seconds, took_s, statuses)
+        status, why = judged(share)
+        found[name] = replace(outcome, status=status, reason=why)
     return found
 
 
@@ -83,12 +86,17 @@ def counted(model: str, deadline_s: float, took_s: np.ndarray, statuses: list[St
 
 def _run(
     name: str, stream: Stream, deadline_s: float | None, count: int
-) -> tuple[np.ndarray, list[Status]]:
-    """Step through the stream, from its beginning again where it ends: call time and status."""
+) -> tuple[np.ndarray, list[Status], float]:
+    """Step through the stream, from its beginning again where it ends.
+
+    Returns
+    -------
+    Call times and statuses, and what part of a core there was for them
+    """
     estimator = create_estimator(name, stream.model, horizon=HORIZON, deadline_s=deadline_s)
     measurements = list(stream.recording.measurements(stream.model))
     took_s, statuses = np.zeros(count), []
-    state = estimator.init()
+    state, clock = estimator.init(), CoreClock()
     for k in range(count):
         measurement = measurements[k % len(measurements)]
         if k % len(measurements) == 0:
@@ -96,4 +104,4 @@ def _run(
         state, estimate = estimator.step(state, measurement)
         took_s[k] = estimate.call_s
         statuses.append(estimate.status)
-    return took_s, statuses
+    return took_s, statuses, clock.share()

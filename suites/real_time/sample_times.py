@@ -73,7 +73,7 @@ def time_race(stream: Stream) -> dict[str, Outcome]:
         name: Run(create_estimator(estimator, model, **settings), time_s, y)
         for name, (estimator, settings) in CONTENDERS.items()
     }
-    is_frame = np.isfinite(y[:, camera_columns(model)]).any(axis=1)
+    is_frame = np.asarray(np.isfinite(y[:, camera_columns(model)]).any(axis=1))
     return {
         name: Outcome(
             model.name,

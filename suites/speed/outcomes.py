@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from benchmark.tasks.task import OK, Outcome, Quantity
+from benchmark.tasks.task import Outcome, Quantity
+from suites.shared_core import judged
 from suites.speed.clock import THREAD_CLOCK
 from suites.speed.contender import Entry
 from suites.speed.rows import Row
 
 LEFT_OUT = "left out"
 """Status of a contender that is not there."""
-SHARED_CORE = "shared core"
-"""Status in a race that had less than `LEAST_SHARE` of a core: its figures judge nothing."""
-LEAST_SHARE = 0.95
 
 LEAST_CPU, MEDIAN_CPU = "least CPU time", "median CPU time"
 LEAST, MEDIAN, P99, LONGEST = "least time", "median time", "99 % time", "longest time"
@@ -72,9 +69,9 @@ def _absent(missing: Mapping[Entry[Any], str]) -> Outcome:
 
 def _raced(model: str, rows: Sequence[Row], missing: Mapping[Entry[Any], str]) -> Outcome:
     first, share = rows[0], min(row.core_share for row in rows)
-    # Rounded down: 94.9 % is not 95 %.
-    shared = [f"only {math.floor(100 * share)} % of a core"] if share < LEAST_SHARE else []
+    status, why = judged(share)
     said = [
+        *([why] if why else []),
         first.version,
         *(f"{row.mode}: CPU time by {row.clock}" for row in rows if row.clock != THREAD_CLOCK),
         *(f"{entry.mode}: {LEFT_OUT}, {why}" for entry, why in missing.items()),
@@ -86,8 +83,8 @@ def _raced(model: str, rows: Sequence[Row], missing: Mapping[Entry[Any], str]) -
         first.solved,
         first.median_s,
         first.p99_s,
-        SHARED_CORE if shared else OK,
-        "; ".join([*shared, *said]),
+        status,
+        "; ".join(said),
     )
 
 

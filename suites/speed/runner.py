@@ -19,6 +19,7 @@ from typing import Generic
 import numpy as np
 
 from models.state_space import StateSpaceModel
+from suites.shared_core import CoreClock
 from suites.speed.clock import Reading, TurnTimes, clock_floor_ns, read
 from suites.speed.contender import Contender, ContenderAbsentError, Entry, ItemT, RaceOutcome
 
@@ -88,7 +89,7 @@ def race(racers: Sequence[Racer[ItemT]], items: Sequence[ItemT], warm_up: int) -
     """
     floor_ns = clock_floor_ns()
     with _garbage_kept():
-        began_s, used_s = time.perf_counter(), time.process_time()
+        clock = CoreClock()
         for i, item in enumerate(items):
             first = i % max(len(racers), 1)
             for racer in [*racers[first:], *racers[:first]]:
@@ -96,7 +97,7 @@ def race(racers: Sequence[Racer[ItemT]], items: Sequence[ItemT], warm_up: int) -
                 if i >= warm_up:
                     racer.turns.append(turn.per(racer.entry.samples))
                     racer.outcomes.append(outcome)
-    return (time.process_time() - used_s) / (time.perf_counter() - began_s)
+        return clock.share()
 
 
 def _turn(racer: Racer[ItemT], item: ItemT, floor_ns: int) -> tuple[TurnTimes, RaceOutcome]:

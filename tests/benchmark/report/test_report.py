@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
@@ -284,3 +285,14 @@ def test_a_run_prints_its_answer_last(tmp_path: Path) -> None:
         for pick in answer.advice.picks:
             assert pick.sentence in page
             assert " ".join(pick.sentence.split()) in printed
+
+
+def test_times_of_estimators_are_no_errors_to_pair(tmp_path: Path) -> None:
+    suites = synthetic.suites(tmp_path)
+    timed = [replace(suite, is_timed=True) for suite in suites]
+    plain, of_times = (
+        content(synthetic.results(), each, synthetic.RUN).parts[0].comparisons
+        for each in (suites, timed)
+    )
+    assert plain
+    assert of_times == []

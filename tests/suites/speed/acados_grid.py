@@ -12,8 +12,8 @@ from suites.speed.acados_settings import TRIED
 from suites.speed.contender import ONE_PASS, Entry
 from suites.speed.own_contenders import WindowStep
 from suites.speed.problems import find_problem
+from suites.speed.races import WARM_UP
 from suites.speed.runner import Racer, built, race
-from suites.speed.suite import WARM_UP
 from suites.speed.windows import SpeedWindow, solved_windows
 
 WINDOWS = 20

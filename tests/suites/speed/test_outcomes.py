@@ -13,6 +13,7 @@ import pytest
 from benchmark.runner.tables import result_rows
 from benchmark.tasks.results import RESULT_COLUMNS, SERIES_COLUMNS, Results
 from benchmark.tasks.task import OK, Task
+from suites.shared_core import SHARED_CORE
 from suites.speed.cases import CASES
 from suites.speed.clock import OWN_WALL_CLOCK
 from suites.speed.contender import (
@@ -24,7 +25,7 @@ from suites.speed.contender import (
     Entry,
 )
 from suites.speed.figures import figures
-from suites.speed.outcomes import LEFT_OUT, SHARED_CORE, outcomes
+from suites.speed.outcomes import LEFT_OUT, outcomes
 from suites.speed.rows import Row
 from suites.speed.tables import HEAD, tables
 
@@ -157,7 +158,7 @@ def test_figures_join_a_compiled_call_with_all_of_it() -> None:
     quality, horizons = figures(found)
     assert [panel.title for panel in quality.panels] == ["pen15, N = 20", "pen15, N = 100"]
     lines = {line.name: line for line in quality.panels[0].lines}
-    np.testing.assert_allclose(lines["mhe-rti"].x, [100, 1000])
+    np.testing.assert_allclose(lines["mhe-rti"].x, [0.1, 1])
     np.testing.assert_allclose(lines["mhe-rti"].y, [0.5, 0.5])
     np.testing.assert_allclose(lines["ipopt"].y, [1e-9])
     (panel,) = horizons.panels
@@ -166,6 +167,13 @@ def test_figures_join_a_compiled_call_with_all_of_it() -> None:
         "ipopt": [20, 100],
     }
     assert horizons.caption.endswith("pen15: mhe-rti 1.00, ipopt 1.00.")
+
+
+def test_figures_say_where_the_core_was_shared() -> None:
+    slow = results_of([replace(ROW, core_share=0.5)], "pen24_20")
+    for figure in figures(joined(results_of([ROW], "pen15_20"), slow)):
+        assert ("Other work ran beside pen24_20: " in figure.caption) == (figure.key == "speed")
+    assert not any("Other work" in f.caption for f in figures(results_of([ROW], "pen15_20")))
 
 
 def test_without_rows_there_are_no_figures_and_no_tables() -> None:

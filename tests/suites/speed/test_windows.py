@@ -22,7 +22,7 @@ from pen_mhe.estimators import create_estimator
 from suites.speed.cost import WindowCost
 from suites.speed.held_rows import HeldRows
 from suites.speed.problems import DURATION_S, PROBLEMS, Problem, find_problem
-from suites.speed.suite import WARM_UP
+from suites.speed.races import WARM_UP
 from suites.speed.windows import SETTLED, STRIDE, TOLERANCE, SolvedWindow, recorded, solved_windows
 
 FREE = (Problem("turntable", 20, 2), Problem("pen15", 8, 2), Problem("pen24", 8, 2))
