@@ -13,12 +13,13 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from benchmark.console import console, progress
+from benchmark.console import console
 from benchmark.runner.identity import code_identity
 from benchmark.runner.interrupts import interrupted, undisturbed
 from benchmark.runner.journal import Journal, LineFormat
 from benchmark.runner.processes import run_here, run_in_processes
 from benchmark.runner.single_thread import is_single_threaded, single_threaded_children
+from estimation.progress_bar import progress
 from models.known_types import unpickled
 from pen_mhe.rooms import rooms
 
