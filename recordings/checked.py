@@ -62,9 +62,10 @@ class CheckedRecording:
     def text(self) -> str:
         """All of it in words."""
         lines = [one_line(self.name)]
-        for row in self.sensors.itertuples(index=False):
-            span = span_words(row.start_s, row.end_s)
-            lines.append(f"  {row.sensor}: {row.readings} readings, {span}, {row.rate_hz:.4g} Hz")
+        for row in self.sensors.to_dict("records"):
+            span = span_words(row["start_s"], row["end_s"])
+            told = f"{row['sensor']}: {row['readings']} readings, {span}, {row['rate_hz']:.4g} Hz"
+            lines.append(f"  {told}")
         lines += [f"  {note}" for note in self.notes]
         for found in self.findings:
             lines += ["", *finding_lines(found)]
