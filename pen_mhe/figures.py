@@ -11,6 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from estimation.estimate import EstimateHistory
 from estimation.history_plot import new_figure
@@ -73,6 +74,9 @@ def estimate_figure(
     shade(steps, [history])
     steps.set_xlabel("time (s)")
     steps.set_ylabel("step (ms)")
+    steps.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    steps.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    steps.yaxis.set_minor_formatter(NullFormatter())
     if handles := steps.get_legend_handles_labels()[0]:
         steps.legend(handles=handles, loc="upper right", fontsize=8)
     drawn = f", {len(history)} of them drawn" if samples not in (None, len(history)) else ""
