@@ -1,42 +1,16 @@
-"""Talking to a person: progress and tables on a terminal, plain text in a pipe."""
+"""Talking to a person: tables on a terminal, plain text in a pipe."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 
 from rich.console import Console
 from rich.markdown import Markdown
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from models.escaped import in_markdown
 
 console = Console(highlight=False, markup=False, soft_wrap=not sys.stdout.isatty())
-
-
-@contextmanager
-def progress(description: str) -> Iterator[Callable[[int], Callable[[int], None]]]:
-    """Show a progress bar on a terminal; nothing in a pipe.
-
-    Yields a function that takes the number of steps and returns what to call per step.
-    """
-    stderr = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(
-        *columns,
-        TimeRemainingColumn(),
-        console=stderr,
-        disable=not stderr.is_terminal,
-        transient=True,
-    ) as bar:
-
-        def start(total: int) -> Callable[[int], None]:
-            task = bar.add_task(description, total=total)
-            return lambda steps: bar.advance(task, steps)
-
-        yield start
 
 
 def print_markdown(text: str) -> None:

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from benchmark.console import console, print_markdown, progress
+from benchmark.console import console, print_markdown
 from benchmark.figures.figure import Figure
 from benchmark.figures.matplotlib_figure import matplotlib_figure
 from benchmark.figures.style import colours_of
@@ -24,6 +24,7 @@ from benchmark.runner.tables import RESULTS, SERIES, read_tables
 from benchmark.tasks.suite import Scope
 from estimation.apart import check_apart
 from estimation.output_folder import check_folder, make_folder
+from estimation.progress_bar import progress
 from models.errors import InputError
 from models.pen_file import pen_paths
 from suites.execute import chosen_tasks, run_suites

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from benchmark.console import console, progress
+from benchmark.console import console
 from benchmark.runner.interrupts import not_swallowed
 from commands.option_groups import fields_group, grouped
 from commands.options import PenOrNoneOption, SensorsOption, WritingAreaOption, names
@@ -18,6 +18,7 @@ from commands.recording_options import FileOptions
 from commands.sentences import ExitCode, one_sentence
 from commands.setting_options import check_options, settings_group
 from estimation.apart import check_apart
+from estimation.progress_bar import progress
 from estimation.watch.config import ON_LOST
 from models.errors import InputError
 from models.pen_file import load_pen, pen_paths

@@ -78,7 +78,7 @@ def draw(axes, curves, name, limits):
         [line] = axes.plot(lags, values, label=f"camera at {rate_hz} Hz")
         if claimed is not None:
             axes.plot(lags, claimed, "--", color=line.get_color(), linewidth=0.9)
-    axes.set_xlabel("lag / samples of the IMU")
+    axes.set_xlabel("lag (samples of the IMU)")
     axes.set_ylabel(name)
     axes.set_xticks(range(0, LAGS[-1] + 1, 5))
     axes.set_yscale("log")
@@ -103,7 +103,7 @@ def main():
         shown = " | ".join(f"{rms[lag]:.3f} ({claimed[lag]:.3f})" for lag in SHOWN)
         print(f"| {rate_hz} Hz | {shown} |")
     axes = panels[0, 0]
-    draw(axes, curves, "tip: RMS error / mm", (0.25, 4.7))
+    draw(axes, curves, "tip: RMS error (mm)", (0.25, 4.7))
     axes.plot([], [], "--", color="grey", linewidth=0.9, label="claimed deviation")
     axes.set_title("simulated pen: error and claim", fontsize=10)
     axes.legend(fontsize=8)
@@ -116,7 +116,7 @@ def main():
         whole = zip(*(smoothed_ink(written, rate_hz) for rate_hz in RATES_HZ), strict=True)
         for name, distances in zip(("newest", "smoothed"), whole, strict=True):
             print(f"| {name} | {' | '.join(f'{mm:.3f}' for mm in distances)} |")
-        draw(panels[0, 1], inks, "mean ink distance / mm", (0.08, 0.6))
+        draw(panels[0, 1], inks, "mean ink distance (mm)", (0.08, 0.6))
         panels[0, 1].set_title("D-POINT recording: distance to the ink", fontsize=10)
     if options.figure is not None:
         figure.savefig(options.figure, dpi=130)

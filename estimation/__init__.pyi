@@ -14,6 +14,7 @@ from estimation.observability import Observability as Observability
 from estimation.observability import UnobservableDirection as UnobservableDirection
 from estimation.observability import Verdict as Verdict
 from estimation.observability import verdict as verdict
+from estimation.progress_bar import progress as progress
 from estimation.recording import Measurement as Measurement
 from estimation.recording import Recording as Recording
 from estimation.recording import Truth as Truth

@@ -101,7 +101,7 @@ def plot_histories(
         panel.set_visible(False)
     for column in range(columns):
         bottom = panels[min((column + 1) * rows, len(chosen)) - 1]
-        bottom.set_xlabel("time / s")
+        bottom.set_xlabel("time (s)")
         bottom.tick_params(labelbottom=True)
     _legend(figure, panels[: len(chosen)])
     figure.align_ylabels()
@@ -161,7 +161,7 @@ def _draw(
         panel.plot(time_s, factor * value, color=colour, linewidth=1.0, label=_plain(label))
     if truth is not None and true is not None:
         panel.plot(truth.time_s, factor * true, label="truth", **TRUTH_STYLE)
-    panel.set_ylabel(_plain(f"{words} / {unit}" if unit else words))
+    panel.set_ylabel(_plain(f"{words} ({unit})" if unit else words))
     shade(panel, histories.values())
     panel.margins(x=0)
     panel.grid(alpha=0.3)

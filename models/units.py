@@ -90,7 +90,7 @@ def unit_ending(name: str) -> str:
 def shown(name: str, unit: str | None = None) -> tuple[str, str, float]:
     """Return how to show a quantity: its words, its unit, and the factor from SI to that unit.
 
-    ``azimuth_rate_rad_s`` → ``("azimuth rate", "°/s", 180 / π)``: angles are in degrees.
+    ``azimuth_rate_rad_s`` → ``("azimuth rate", "deg/s", 180 / π)``: angles are in degrees.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def shown(name: str, unit: str | None = None) -> tuple[str, str, float]:
     is_angle = readable.replace("/", "_").partition("_")[0] == "rad"
     return (
         stem.replace("_", " "),
-        readable.replace("rad", "°", 1) if is_angle else readable,
+        readable.replace("rad", "deg", 1) if is_angle else readable,
         1 / _DEG if is_angle else 1.0,
     )
 

@@ -157,6 +157,7 @@ def estimate(
     strict: bool = False,
     thinning: CameraThinning | None = None,
     duration_s: float | None = None,
+    on_start: Callable[[int], Callable[[int], None]] | None = None,
     writing_area: bool = True,
     rest: bool = True,
     smooth: bool = False,
@@ -182,7 +183,7 @@ def estimate(
     sensors : names from the pen file; None takes all that the recording has
     estimator : one of `pen_mhe.estimators.ESTIMATORS`; None takes the usual one
     units, columns, strict : of a file, see `recordings.read.read_written`
-    thinning, duration_s : see `estimate_recording`
+    thinning, duration_s, on_start : see `estimate_recording`; `estimation.progress` draws a bar
     writing_area, rest, smooth, causal, watch, on_lost : see `estimate_recording`
     truth : motion capture, a tablet or angles, a file or `Truth`, with which the estimate is
         compared; clock and frame are aligned, see `pen_mhe.truth.align.aligned`
@@ -208,6 +209,7 @@ def estimate(
         sensors=sensors,
         thinning=thinning,
         duration_s=duration_s,
+        on_start=on_start,
         writing_area=writing_area,
         rest=rest,
         smooth=smooth,

@@ -11,6 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from estimation.estimate import EstimateHistory
 from estimation.history_plot import new_figure
@@ -64,15 +65,18 @@ def estimate_figure(
         axes = figure.add_subplot(grid[row, -1])
         _draw_angle(axes, history, state, truth, is_seen=state not in unseen)
         shade(axes, [history])
-        axes.set_ylabel(f"{label} / °")
+        axes.set_ylabel(f"{label} (deg)")
         axes.tick_params(labelbottom=False)
         if row == 0 and truth is not None:
             axes.legend(loc="upper right", fontsize=8, ncols=3)
     steps = figure.add_subplot(grid[len(angles), -1])
     steps.semilogy(history.time_s, history.step_time_s * 1e3, ".", markersize=2)
     shade(steps, [history])
-    steps.set_xlabel("time / s")
-    steps.set_ylabel("step / ms")
+    steps.set_xlabel("time (s)")
+    steps.set_ylabel("step (ms)")
+    steps.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    steps.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    steps.yaxis.set_minor_formatter(NullFormatter())
     if handles := steps.get_legend_handles_labels()[0]:
         steps.legend(handles=handles, loc="upper right", fontsize=8)
     drawn = f", {len(history)} of them drawn" if samples not in (None, len(history)) else ""
@@ -102,8 +106,8 @@ def _draw_path(
             columns = [truth.names.index(name) for name in ("tip_x_m", "tip_y_m")]
             axes.plot(*(truth.values[:, columns].T * 1e3), **TRUTH_STYLE)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("x / mm")
-    axes.set_ylabel("y / mm")
+    axes.set_xlabel("x (mm)")
+    axes.set_ylabel("y (mm)")
     axes.legend(loc="upper right", markerscale=6)
 
 

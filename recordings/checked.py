@@ -13,7 +13,7 @@ from models.errors import InputError
 from models.pen_file import AnyPen, as_pen
 from models.shown_text import one_line
 from recordings.asked import ColumnsAsked
-from recordings.finding import Finding, finding_lines, not_meant
+from recordings.finding import Finding, finding_lines, not_meant, span_words
 from recordings.read import RecordingPath, read_written
 from recordings.written import WrittenRecording
 
@@ -62,9 +62,10 @@ class CheckedRecording:
     def text(self) -> str:
         """All of it in words."""
         lines = [one_line(self.name)]
-        for row in self.sensors.itertuples(index=False):
-            span = f"{row.start_s:.4g} s to {row.end_s:.4g} s"
-            lines.append(f"  {row.sensor}: {row.readings} readings, {span}, {row.rate_hz:.4g} Hz")
+        for row in self.sensors.to_dict("records"):
+            span = span_words(row["start_s"], row["end_s"])
+            told = f"{row['sensor']}: {row['readings']} readings, {span}, {row['rate_hz']:.4g} Hz"
+            lines.append(f"  {told}")
         lines += [f"  {note}" for note in self.notes]
         for found in self.findings:
             lines += ["", *finding_lines(found)]

@@ -44,13 +44,18 @@ class Finding:
         """Where and when, in words."""
         if self.span_s is None:
             return self.where
-        start, end = self.span_s
-        return f"{self.where}, {start:.4g} s to {end:.4g} s"
+        return f"{self.where}, {span_words(*self.span_s)}"
 
     def sentence(self) -> str:
         """Return it as one sentence, with lines to paste below it where there are some."""
         how = "" if self.sure > 0.9 else ", probably"
         return f"{self.place}: {self.what}{how}; {self.remedy}"
+
+
+def span_words(start_s: float, end_s: float) -> str:
+    """Return a span in words: a phone counts from when it was switched on, ``88123.4 s``."""
+    start, end = (f"{t:.4g}" if abs(t) < 100 else f"{round(t, 2):.12g}" for t in (start_s, end_s))
+    return f"{start} s to {end} s"
 
 
 def not_meant(findings: Iterable[Finding]) -> list[Finding]:

@@ -17,6 +17,13 @@ def rooms() -> tuple[str, ...]:
 
 
 @cache
+def faces() -> dict[str, Path]:
+    """Return dotted name → stub, of every room and every suite that has a face."""
+    stubs = sorted(path for room in rooms() for path in (ROOT / room).rglob("__init__.pyi"))
+    return {".".join(path.parent.relative_to(ROOT).parts): path for path in stubs}
+
+
+@cache
 def modules() -> dict[str, Path]:
     """Return dotted name → file, of every module of the product."""
     found = {}

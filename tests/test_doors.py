@@ -4,62 +4,27 @@ from __future__ import annotations
 
 import ast
 import json
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from models.lazy import face_table
+from tests.house import faces, rooms
 from tests.pages import PAGES as MARKDOWN
 from tests.pages import SITE, of_language
 
 ROOT = Path(__file__).resolve().parent.parent
-ROOMS = {path.parent.name for path in ROOT.glob("*/py.typed")}
-FACES = {path.parent.name: face_table(path) for path in ROOT.glob("*/__init__.pyi")}
+FACES = {name: face_table(path) for name, path in faces().items()}
 PAGES = sorted(
     [*MARKDOWN, *(ROOT / "notebooks").glob("*.ipynb")]
     + [path for path in (ROOT / "docs").rglob("*.py") if SITE not in path.parents]
 )
 
-EXCEPTIONS: dict[str, frozenset[str]] = {
-    "01_the_model.ipynb": frozenset({"suites.printed_cost.run"}),
-    "03_the_turntable.ipynb": frozenset(
-        {
-            "benchmark.configurations",
-            "benchmark.figures.matplotlib_figure",
-            "benchmark.runner.run",
-            "benchmark.runner.tables",
-            "benchmark.tasks.suite",
-            "benchmark.verdicts.claims",
-            "benchmark.verdicts.judge",
-            "benchmark.verdicts.paired",
-            "suites.execute",
-            "suites.pen.turntable_starts",
-            "suites.table",
-        }
-    ),
-    "04_tilt_and_gyro_free.ipynb": frozenset(
-        {
-            "benchmark.figures.matplotlib_figure",
-            "benchmark.runner.run",
-            "benchmark.runner.tables",
-            "benchmark.tasks.suite",
-            "benchmark.verdicts.claims",
-            "benchmark.verdicts.judge",
-            "suites.execute",
-            "suites.gyro_free.cases",
-            "suites.gyro_free.gesture",
-            "suites.gyro_free.readings",
-            "suites.gyro_free.scores",
-            "suites.table",
-            "suites.tilt.cases",
-            "suites.tilt.samples",
-            "suites.tilt.scores",
-        }
-    ),
-    "05_ekf_against_mhe.ipynb": frozenset({"suites.bad_starts.cases", "suites.bad_starts.run"}),
-}
-"""Notebook → modules that it shows the benchmark by: rooms that are run, not imported from."""
+
+PUBLIC = {"casadi", "IPython", "matplotlib", "numpy", "pandas", "scipy"}
+"""What notebooks may import beside the product: its dependencies, and what runs a notebook."""
 
 
 def code_of(path: Path) -> Iterator[str]:
@@ -98,7 +63,7 @@ def imports_past_the_door(source: str) -> set[str]:
             case ast.Attribute(value=ast.Name(id=name)) if name in doors:
                 if node.attr not in FACES[doors[name]] and not node.attr.startswith("__"):
                     past.add(f"{doors[name]}.{node.attr}")
-    return {module for module in past if module.split(".")[0] in ROOMS}
+    return {module for module in past if module.split(".")[0] in rooms()}
 
 
 def past_the_door(path: Path) -> set[str]:
@@ -114,14 +79,28 @@ def test_every_kind_of_page_is_read() -> None:
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
 def test_pages_import_from_the_door_or_a_face(path: Path) -> None:
-    past = past_the_door(path) - EXCEPTIONS.get(path.name, frozenset())
+    past = past_the_door(path)
     assert not past, f"{path.name} imports {', '.join(sorted(past))}, expected a name of a face"
 
 
-@pytest.mark.parametrize("name", EXCEPTIONS)
-def test_exceptions_are_needed_and_not_of_rooms_with_a_face(name: str) -> None:
-    assert EXCEPTIONS[name] <= past_the_door(ROOT / "notebooks" / name)
-    assert not {module.split(".")[0] for module in EXCEPTIONS[name]} & set(FACES)
+@pytest.mark.parametrize(
+    "path", [path for path in PAGES if path.suffix == ".ipynb"], ids=lambda path: path.name
+)
+def test_notebooks_import_doors_and_what_is_installed_with_them(path: Path) -> None:
+    """A copy of a notebook runs where the wheel and the extra [notebooks] are."""
+    code = ast.parse("\n".join(code_of(path)))
+    imported = {
+        name.split(".")[0]
+        for node in ast.walk(code)
+        for name in (
+            [alias.name for alias in node.names]
+            if isinstance(node, ast.Import)
+            else [node.module or ""]
+            if isinstance(node, ast.ImportFrom)
+            else []
+        )
+    }
+    assert imported <= {*rooms(), *PUBLIC, *sys.stdlib_module_names}
 
 
 @pytest.mark.parametrize(
@@ -134,6 +113,9 @@ def test_exceptions_are_needed_and_not_of_rooms_with_a_face(name: str) -> None:
         ("from mhe import realtime", {"mhe.realtime"}),
         ("import pen_mhe as pm\npm.find_pen('reference')", {"pen_mhe.find_pen"}),
         ("def f():\n    from suites.table import find_suite", {"suites.table"}),
+        ("from suites.tilt import CASES\nfrom suites import run_some", set()),
+        ("from suites.tilt import recursion", {"suites.tilt.recursion"}),
+        ("from benchmark import report", {"benchmark"}),
     ],
 )
 def test_imports_past_the_door_are_seen(source: str, past: set[str]) -> None:

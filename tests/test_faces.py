@@ -15,9 +15,10 @@ from types import ModuleType
 import pytest
 
 from models.lazy import face_table
+from tests.house import faces
 
 ROOT = Path(__file__).resolve().parent.parent
-STUBS = {path.parent.name: path for path in sorted(ROOT.glob("*/__init__.pyi"))}
+STUBS = faces()
 HEAVY = ("casadi", "numpy", "pydantic", "scipy", "pandas", "matplotlib")
 pytestmark = pytest.mark.parametrize("room", STUBS)
 
@@ -51,7 +52,9 @@ def test_the_stub_only_hands_names_on(room: str) -> None:
 
 def test_no_file_has_the_name_of_what_the_face_offers(room: str) -> None:
     """Python would put the file in its place, whenever anything imports it."""
-    files = {path.stem for path in (ROOT / room).iterdir() if path.suffix == ".py" or path.is_dir()}
+    files = {
+        path.stem for path in STUBS[room].parent.iterdir() if path.suffix == ".py" or path.is_dir()
+    }
     face = import_module(room)
     hidden = {name for name in face.__all__ if name in files}
     assert all(isinstance(getattr(face, name), ModuleType) for name in hidden), hidden

@@ -40,6 +40,9 @@ def headlines(answers: Sequence[Answer]) -> list[str]:
     if not picks:
         return found
     paying, unknown = ([name for name, pays in picks if pays == word] for word in (YES, OPEN))
+    if len(unknown) == len(picks):
+        why = "this run has too few seeds, or estimators of one kind only"
+        return [*found, f"Whether optimising pays is open: {why}."]
     said = f"Optimising pays in {len(paying) or 'none'} of these {count(len(picks), 'choice')}"
     if paying:
         said += f": for {listed(paying)}"

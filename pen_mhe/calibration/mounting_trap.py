@@ -111,10 +111,10 @@ def main(folder: str) -> None:
     }
     first = all_innovations(filtered, frames, start)
     print(
-        "| by | lever moved, mm | turned, ° | all innovations, nats | frames, nats a frame |",
+        "| by | lever moved (mm) | turned (deg) | all innovations (nats) | frames (nats a frame) |",
         end="",
     )
-    print(" ink, mm, 10 Hz | 3 Hz |\n| --- | --- | --- | --- | --- | --- | --- |")
+    print(" ink at 10 Hz (mm) | at 3 Hz (mm) |\n| --- | --- | --- | --- | --- | --- | --- |")
     for name, values in rows.items():
         cells = [
             name,

@@ -47,7 +47,7 @@ def by_flatness(part: ScoredPart) -> Judge:
         raise InputError("objective flatness without a camera: nothing then sees the tip's height")
     time_s, _ = part.stacked
     rows = np.searchsorted(time_s, touches, side="right") - 1
-    runs = {f"height spread mm, {rate_hz:.3g} Hz": y for rate_hz, y in _thinned(part)}
+    runs = {f"height spread at {rate_hz:.3g} Hz (mm)": y for rate_hz, y in _thinned(part)}
 
     def judged(run: Filter, pen: PenConfig) -> Score:
         figures = {}

@@ -168,7 +168,7 @@ def test_a_notebook_shows_a_table_of_the_states() -> None:
     for text in (
         "tilt phi",
         "tilt theta rate",
-        "°/s",
+        "deg/s",
         "10 ± 1",
         "40 ± 4",
         "solved 2",

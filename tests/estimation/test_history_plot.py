@@ -60,7 +60,7 @@ def band(axes: Axes) -> Array:
 
 def test_positions_and_angles_are_drawn_in_mm_and_degrees() -> None:
     figure = pen_history().plot()
-    assert list(panels(figure)) == ["tip x / mm", "azimuth / °"]
+    assert list(panels(figure)) == ["tip x (mm)", "azimuth (deg)"]
     x, azimuth = panels(figure).values()
     np.testing.assert_allclose(line(x, "hand-made"), 20 * TIMES)
     np.testing.assert_allclose(line(azimuth, "hand-made"), np.degrees(TIMES / 10))
@@ -69,12 +69,12 @@ def test_positions_and_angles_are_drawn_in_mm_and_degrees() -> None:
     assert at_end.max() == pytest.approx(np.degrees(0.2 + 0.004))
     [legend] = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["hand-made", "± 2 σ"]
-    assert azimuth.get_xlabel() == "time / s"
+    assert azimuth.get_xlabel() == "time (s)"
 
 
 def test_named_states_are_drawn_in_their_order_and_units() -> None:
     figure = pen_history(100.0).plot([NAMES[3], NAMES[2], NAMES[0]])
-    assert list(panels(figure)) == ["accel bias x / m/s²", "azimuth rate / °/s", "tip x / m"]
+    assert list(panels(figure)) == ["accel bias x (m/s²)", "azimuth rate (deg/s)", "tip x (m)"]
     with pytest.raises(InputError, match=r"state tip_y_m is unknown, expected one of tip_x_m, az"):
         pen_history().plot(["tip_y_m"])
 
@@ -82,7 +82,7 @@ def test_named_states_are_drawn_in_their_order_and_units() -> None:
 def test_a_model_without_positions_and_angles_draws_its_first_states() -> None:
     names = tuple(f"speed_{k}_m_s" for k in range(12))
     figure = history_of(names, TIMES, np.tile(TIMES[:, None], 12)).plot()
-    assert sorted(panels(figure)) == [f"speed {k} / m/s" for k in range(MOST_PANELS)]
+    assert sorted(panels(figure)) == [f"speed {k} (m/s)" for k in range(MOST_PANELS)]
 
 
 def test_truth_and_others_have_lines_of_their_own() -> None:
@@ -143,12 +143,14 @@ def test_a_free_pens_angles_are_drawn_in_degrees_without_jumps() -> None:
         for t, x in zip(TIMES, mean, strict=True)
     ]
     figure = collected("by hand", model, estimates, [0.0] * len(TIMES)).plot()
-    tip = [f"tip {axis} / mm" for axis in "xyz"]
-    assert sorted(panels(figure)) == sorted([*tip, "azimuth / °", "elevation / °", "spin / °"])
+    tip = [f"tip {axis} (mm)" for axis in "xyz"]
+    assert sorted(panels(figure)) == sorted(
+        [*tip, "azimuth (deg)", "elevation (deg)", "spin (deg)"]
+    )
     of = {name: line(axes, "by hand") for name, axes in panels(figure).items()}
-    np.testing.assert_allclose(of["azimuth / °"], np.degrees(angle), atol=1e-9)
-    np.testing.assert_allclose(of["elevation / °"], np.degrees(np.pi / 2 - 0.6), atol=1e-9)
-    np.testing.assert_allclose(of["spin / °"], np.degrees(-0.2), atol=1e-9)
+    np.testing.assert_allclose(of["azimuth (deg)"], np.degrees(angle), atol=1e-9)
+    np.testing.assert_allclose(of["elevation (deg)"], np.degrees(np.pi / 2 - 0.6), atol=1e-9)
+    np.testing.assert_allclose(of["spin (deg)"], np.degrees(-0.2), atol=1e-9)
 
 
 def test_an_angle_that_does_not_wrap_keeps_its_turns() -> None:
@@ -172,7 +174,7 @@ def test_a_wide_prior_does_not_hide_the_rest() -> None:
 def test_nothing_cannot_be_drawn() -> None:
     with pytest.raises(InputError, match="no history to draw"):
         plot_histories({})
-    assert list(panels(pen_history()[:0].plot())) == ["tip x / m", "azimuth / °"]
+    assert list(panels(pen_history()[:0].plot())) == ["tip x (m)", "azimuth (deg)"]
 
 
 def test_a_long_run_is_drawn_by_its_peaks() -> None:

@@ -76,13 +76,6 @@ def free(kind: type[Mhe] | type[MheRti], **settings: int) -> list[Estimate]:
     return steps(kind(MODEL, config), RUN.measurements)
 
 
-@pytest.fixture(params=["compiled", "interpreted"])
-def engine(request: pytest.FixtureRequest) -> None:
-    """One engine, then the other."""
-    if request.param == "interpreted":
-        request.getfixturevalue("interpreted")
-
-
 @either_engine
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
 def test_no_time_at_all_is_a_prediction(kind: type[Mhe] | type[MheRti]) -> None:

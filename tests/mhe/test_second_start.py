@@ -31,13 +31,6 @@ from tests.linear_models import constant_acceleration_system
 from tests.mhe.runs import ESTIMATORS, run_mhe
 from tests.mhe.test_domain import tank
 
-
-@pytest.fixture(params=["compiled", "interpreted"])
-def engine(request: pytest.FixtureRequest) -> None:
-    if request.param == "interpreted":
-        request.getfixturevalue("interpreted")
-
-
 K, STEP_S, READING_STD, HORIZON = 0.16, 0.1, 0.1, 10
 """Two reactions of Haseltine and Rawlings (2005), 2A → B: d/dt (pa, pb) = (-2k, k) pa²."""
 TRUTH, PRIOR_MEAN, PRIOR_STD, WALK = (3.0, 1.0), (0.1, 4.5), 6.0, 0.001

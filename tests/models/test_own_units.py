@@ -48,15 +48,15 @@ def test_a_history_knows_its_units(history: EstimateHistory) -> None:
 
 def test_a_drawing_is_labelled_with_them(history: EstimateHistory) -> None:
     labels = {axes.get_ylabel() for axes in history.plot(list(STATES)).axes if axes.get_visible()}
-    assert labels == {"temp / K", "share m", "c a", "heading / °", "level / mm"}
+    assert labels == {"temp (K)", "share m", "c a", "heading (deg)", "level (mm)"}
     drawn = [axes.get_ylabel() for axes in history.plot().axes]
-    assert drawn == ["heading / °", "level / mm"]
+    assert drawn == ["heading (deg)", "level (mm)"]
 
 
 def test_a_table_for_a_notebook_has_them(history: EstimateHistory) -> None:
     rows = history._repr_html_().split("<tr>")[2:]
     cells = [row.split("</td><td>")[1].split("</td>")[0] for row in rows]
-    assert cells == ["K", "", "", "°", "m"]
+    assert cells == ["K", "", "", "deg", "m"]
 
 
 def test_columns_are_the_names(history: EstimateHistory) -> None:
@@ -81,6 +81,6 @@ def test_a_model_prints_them(model: StateSpaceModel) -> None:
 
 def test_units_are_shown_as_given() -> None:
     assert shown("azimuth_rate_rad_s") == shown("azimuth_rate_rad_s", "rad/s")
-    assert shown("rate", "rad/s") == ("rate", "°/s", shown("azimuth_rad")[2])
+    assert shown("rate", "rad/s") == ("rate", "deg/s", shown("azimuth_rad")[2])
     assert shown("attitude_w", "1") == ("attitude w", "", 1.0)
     assert shown("share_m", "mol") == ("share m", "mol", 1.0)

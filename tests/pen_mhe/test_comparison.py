@@ -57,7 +57,7 @@ def test_a_row_has_errors_claims_and_cost() -> None:
     assert table.loc["bad", "solved"] == pytest.approx(6 / 11)
     assert table.loc["good", "median_step_ms"] == pytest.approx(6000)
     assert np.isnan(table.loc["good", "nis_per_row"])
-    assert {axes.get_ylabel() for axes in found.figure.axes} >= {"tip x / mm", "elevation / °"}
+    assert {axes.get_ylabel() for axes in found.figure.axes} >= {"tip x (mm)", "elevation (deg)"}
 
 
 def test_a_free_pens_row_has_its_angles_and_its_bodys_rates() -> None:
@@ -77,7 +77,7 @@ def test_a_free_pens_row_has_its_angles_and_its_bodys_rates() -> None:
         assert row[f"{column}_rms"] == pytest.approx(np.degrees(np.sqrt(np.mean(squared))))
         assert row[f"{column}_std"] == pytest.approx(np.degrees(np.sqrt(np.mean(claimed))))
     labels = {axes.get_ylabel() for axes in found.figure.axes}
-    assert labels >= {"tip x / mm", "azimuth / °", "elevation / °", "spin / °"}
+    assert labels >= {"tip x (mm)", "azimuth (deg)", "elevation (deg)", "spin (deg)"}
     assert not [label for label in labels if "mrp" in label or "attitude" in label]
     with pytest.raises(InputError, match="state mrp_x is unknown, expected one of tip_x_m"):
         compare({"pen": history}, states=["mrp_x"])

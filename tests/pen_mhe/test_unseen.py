@@ -48,11 +48,11 @@ def test_an_unseen_tip_is_not_drawn_and_an_unseen_angle_is_said() -> None:
     model, history = estimated("accel", "gyro")
     figure = estimate_figure(history, unseen=unseen(model, history))
     labels = [axes.get_ylabel() for axes in figure.axes]
-    assert "y / mm" not in labels
+    assert "y (mm)" not in labels
     assert [axes.get_title(loc="left") for axes in figure.axes[:2]] == [NOT_SEEN, ""]
     assert "the tip is not observable" in figure.get_suptitle()
     whole = estimate_figure(history)
-    assert "y / mm" in [axes.get_ylabel() for axes in whole.axes]
+    assert "y (mm)" in [axes.get_ylabel() for axes in whole.axes]
 
 
 def test_a_truth_is_within_its_panel() -> None:

@@ -26,7 +26,7 @@ from benchmark.figures.style import (
 
 
 def figure(*lines: Line, columns: int = 1, panels: int = 1, **options: bool) -> Figure:
-    panel = Panel("A", "time / s", "y / mm", lines, **options)
+    panel = Panel("A", "time (s)", "y (mm)", lines, **options)
     return Figure("key", "Title", "Caption.", [panel] * panels, columns)
 
 
@@ -226,7 +226,7 @@ def test_matplotlib_draws_the_same() -> None:
     drawing.canvas.draw()
     first, second = drawing.axes
     assert first.get_shared_x_axes().joined(first, second)
-    assert second.get_xlabel() == "time / s"
+    assert second.get_xlabel() == "time (s)"
     assert first.lines[0].get_color() == NAMED["ekf"].light
     assert [text.get_text() for text in drawing.legends[0].get_texts()][:2] == ["ekf", TRUTH]
 

@@ -198,10 +198,10 @@ def figures(found: Results) -> Sequence[Figure]:
     drawn = [line for line in (*lines, truth) if line is not None]
     if not drawn:
         return []
-    angle = Panel("Elevation", "time / s", "elevation / deg", drawn)
+    angle = Panel("Elevation", "time (s)", "elevation (deg)", drawn)
     reference = drawn[-1].y
     errors = [Line(d.name, d.x, d.y - reference, d.std) for d in drawn[:-1]]
-    error = Panel("Its error", "time / s", "error / deg", errors)
+    error = Panel("Its error", "time (s)", "error (deg)", errors)
     s = np.linspace(0, 2 * np.pi, 1500)
     path = [
         Line(TRUTH, 30 * np.cos(s), 12 * np.sin(2 * s)),
@@ -229,15 +229,15 @@ def figures(found: Results) -> Sequence[Figure]:
             "pen-path",
             "The tip on the paper",
             "Camera, accelerometer and gyroscope. One unit is as long on both axes.",
-            [Panel("Path", "x / mm", "y / mm", path, equal=True)],
+            [Panel("Path", "x (mm)", "y (mm)", path, equal=True)],
         ),
         Figure(
             "pen-sweep",
             "Initial error and noise",
             "Error bars are 95 % intervals over the seeds.",
             [
-                Panel("Start", "initial error / deg", "time to 2° / s", sweep),
-                Panel("Noise", "noise / (m/s²)", "RMSE / deg", logs, x_log=True, y_log=True),
+                Panel("Start", "initial error (deg)", "time to 2° (s)", sweep),
+                Panel("Noise", "noise / (m/s²)", "RMSE (deg)", logs, x_log=True, y_log=True),
             ],
             columns=2,
         ),

@@ -243,6 +243,18 @@ def test_where_optimising_pays_nowhere_it_is_said_so() -> None:
     )
 
 
+@pytest.mark.parametrize("estimators", [{"ekf": [1.0], "mhe": [1.1]}, {"ekf": [1.0, 1.1, 1.2]}])
+def test_where_nothing_tells_whether_it_pays_that_is_said(
+    estimators: dict[str, list[float]],
+) -> None:
+    """Not that it pays nowhere: one seed has no interval, and one estimator no other."""
+    found = matrix({("gyro", name): errors for name, errors in estimators.items()})
+    assert headlines([Answer(found, advice(found))])[-1] == (
+        "Whether optimising pays is open: "
+        "this run has too few seeds, or estimators of one kind only."
+    )
+
+
 def test_what_believing_in_no_spin_costs() -> None:
     free = rows({("accel+gyro", "ekf"): [1.0] * 3, ("gyro", "ekf"): [9.0] * 3}, blind=("gyro",))
     believed = rows(
