@@ -193,7 +193,7 @@ class InterpretedFilter:
     def _settled(
         self, predicted: GaussianState, y: Array, update: Update, used: Array, most: float
     ) -> tuple[GaussianState, int]:
-        """Return an update linearised at its own posterior, and how many it took, `most` at most."""
+        """Return an update linearised at its own posterior, and how many it took of `most`."""
         state, updates = update.state, 1
         while updates < most:
             d_minus = -self._stage.difference(state.mean, predicted.mean)

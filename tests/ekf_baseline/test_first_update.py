@@ -1,4 +1,4 @@
-"""A sensor's first readings, and 0.3 s behind, are linearised where they lead, others at the mean."""
+"""First readings, and those 0.3 s behind, are linearised where they lead, others at the mean."""
 
 from __future__ import annotations
 
