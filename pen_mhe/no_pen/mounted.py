@@ -13,8 +13,10 @@ from pen_mhe.no_pen.any_pen import ACCEL, GYRO
 from pen_mhe.no_pen.at_rest import AtRest, first_rows
 from pen_mhe.no_pen.axis import AnyAxis, PenAxis, axis_along, next_upright, read_axis
 from pen_mhe.no_pen.lines import ASSUMED, MEASURED, TOLD, PenLine
+from recordings.checks.axes_fit import fit_axes
 from recordings.checks.lever import Lever, lever_of
 from recordings.checks.mountings import axis_of, is_told, up_of
+from recordings.checks.turns import gravity_turns
 
 START_S = 0.5
 """What the pen's attitude at the beginning is read from, where it does not rest then."""
@@ -131,12 +133,20 @@ def _upright(rest: AtRest | None) -> str:
 def _lever(
     recording: Recording, seen: Mapping[str, tuple[Array, Array]], rest: AtRest | None
 ) -> Lever | None:
-    """Return where the accelerometer sits, of a recording that shows its gyroscope's bias."""
-    if GYRO not in seen or rest is None:
+    """Return where the accelerometer sits; None where no gyroscope and gravity tell.
+
+    Without rest a gyroscope's bias is what gravity does not turn by.
+    """
+    if GYRO not in seen:
         return None
     some = first_rows(recording)
     (force_s, force), (rate_s, rate) = some.sensor(ACCEL), some.sensor(GYRO)
-    return lever_of(force_s, force, rate_s, rate - rest.rate_mean(GYRO))
+    if rest is not None:
+        return lever_of(force_s, force, rate_s, rate - rest.rate_mean(GYRO))
+    turns = gravity_turns(force_s, force, rate_s, rate)
+    if not len(turns):
+        return None
+    return lever_of(force_s, force, rate_s, rate + fit_axes(turns).bias[0])  # of equal axes
 
 
 def _up_at_start(recording: Recording, rest: AtRest | None) -> tuple[Array | None, bool]:
