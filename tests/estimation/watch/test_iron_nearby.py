@@ -29,7 +29,7 @@ def check(estimator: str, side: list[float], ramp_s: float, duration_s: float = 
     assert flagged[inside, mag].mean() > 0.9
     assert times[flagged[:, mag]][0] < START_S + 0.2 + ramp_s / 4
     assert not flagged[:, [i for i in range(flagged.shape[1]) if i != mag]].any()
-    # It is used again when a second with it fits, tried every half; then it is spoken of for another.
+    # Used again when a second with it fits, tried every half; spoken of for one second more.
     left_out = (history.flagged[:, mag] & Flag.LEFT_OUT) != 0
     assert times[left_out][-1] < START_S + FOR_S + RETURN_S + AGAIN_S + 0.1
     assert times[flagged[:, mag]][-1] < START_S + FOR_S + RETURN_S + AGAIN_S + SPOKEN_S + 0.1

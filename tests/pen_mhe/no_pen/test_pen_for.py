@@ -84,6 +84,20 @@ def test_the_axis_of_a_pen_that_never_rests_is_seen_too(number: int) -> None:
     assert "measured: the motion turns about a point along it" in said(found, "axis: ")
 
 
+def test_a_guessed_axis_is_a_remark_of_the_answer() -> None:
+    """Where the tip moves and two axes are as upright, nothing tells which is the pen's."""
+    for lean, is_guessed in ((45.0, True), (15.0, False)):
+        rng, t = np.random.default_rng(1), np.arange(0, 6, 0.01)
+        up = np.array([np.sin(np.radians(lean)), 0.0, np.cos(np.radians(lean))])
+        force = 9.81 * up + rng.normal(0, 0.3, (len(t), 3))
+        sensors = {"accel": (t, force), "gyro": (t, rng.normal(0, 0.3, force.shape))}
+        run = estimate(Recording.from_sensors("it", sensors), estimator="ekf")
+        assert ("guessed axis" in " ".join(run.sentences())) == is_guessed
+        assert ("is guessed to point" in " ".join(run.sentences())) == is_guessed
+        told = estimate(Recording.from_sensors("it", sensors), axis="z", estimator="ekf")
+        assert "guessed axis" not in " ".join(told.sentences())
+
+
 def test_an_axis_that_is_told_is_taken() -> None:
     rod = recorded(leaning_rod(4, MOUNTINGS[0]))
     for name in AXES:
