@@ -123,12 +123,33 @@ class TruthOptions:
         ),
     ] = None
 
+    truth_columns: Annotated[
+        str | None,
+        typer.Option(
+            help="Which of its columns are which, e.g. 'position=a,b,-c;time=t': position, "
+            "quaternion (x, y, z, w), azimuth, elevation, spin, down, time; or the names of all "
+            "of a file without a header."
+        ),
+    ] = None
+    truth_units: Annotated[
+        str | None,
+        typer.Option(
+            help="Units of its columns where their headers have none: position=mm,time=ms."
+        ),
+    ] = None
+
     def given(self) -> GivenTruth | None:
         """Return what the estimate is compared with; None for nothing."""
         from pen_mhe.truth.given import GivenTruth
 
         frame = self.truth_frame and self.truth_frame.value
-        return GivenTruth.of(self.truth, self.truth_offset, frame)
+        return GivenTruth.of(
+            self.truth,
+            offset_s=self.truth_offset,
+            frame=frame,
+            columns=self.truth_columns,
+            units=read_units(self.truth_units),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

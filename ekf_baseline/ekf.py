@@ -77,9 +77,10 @@ class Ekf:
     """Extended Kalman filter on a state-space model.
 
     Each step predicts to the measurement's time and updates with the readings
-    it has, both linearised at the filter's current mean. An update with the first readings
-    of a sensor is linearised at its own posterior, iterated until that stays: a start two
-    deviations off would otherwise leave a wrong tilt for good.
+    it has, both linearised at the filter's current mean. From the first reading of a sensor
+    until 0.3 s behind it an update is linearised at its own posterior, iterated until that stays: a
+    start two deviations off would otherwise leave a wrong tilt for good, and a compass a wrong
+    heading, as a tilt of some degrees is still to come in behind the first reading.
 
     A measurement older than the newest is taken at its own instant: the filter goes back to a
     state that it kept and makes all that followed again. What it then says is, to the last bit,

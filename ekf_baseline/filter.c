@@ -162,7 +162,7 @@ static int is_first(const Filter *f, const real *given, real *memory)
 
 /* Linearise an update at its own posterior, again and again until that stays: the prior is the
  * same each time. A posterior that stays at once is kept as it is. Returns the number of updates. */
-static integer settle(const Filter *f, real *mean, real *covariance)
+static integer settle(const Filter *f, integer most, real *mean, real *covariance)
 {
     const Model *m = &f->model;
     const integer n_x = m->n_x;
@@ -170,7 +170,7 @@ static integer settle(const Filter *f, real *mean, real *covariance)
     real *from_prior[] = {f->d_minus};
     real *moved[] = {f->d_plus, 0, 0, 0, 0, 0, 0, 0}, *known[] = {0, covariance, 0, 0, 0, 0, 0, 0};
     integer updates = 1;
-    for (; updates < FIRST_UPDATES; updates++) {
+    for (; updates < most; updates++) {
         real largest = 0;
         call(m, &f->difference, away, from_prior);
         for (integer i = 0; i < n_x; i++) f->d_minus[i] = -f->d_minus[i];
@@ -225,13 +225,18 @@ static integer advance(const Filter *f, const real *given, real *memory, real dt
         update(m, f->no_deviation, f->P_minus, f->x_minus, f->clean, f->used, again);
     }
     retract(m, f->x_minus, f->d_plus, mean);
-    if (is_first(f, given, memory) || doubted) *updates = settle(f, mean, covariance);
+    real *settling = memory + at->settling_s;
+    const int first = is_first(f, given, memory);
+    *settling = first ? SETTLING_S : fmax(given[at->settling_s] - dt, 0);
+    if (*settling > 0 || doubted)
+        *updates = settle(f, first || doubted ? FIRST_UPDATES : SETTLING_UPDATES, mean, covariance);
     if (!(all_finite(mean, n_x) && is_covariance(m, covariance))) {
         const int predicts = all_finite(f->x_minus, n_x) && is_covariance(m, f->P_minus);
         status |= STATUS_NOT_FINITE; /* the last rung: the last estimate stays */
         copy(mean, predicts ? f->x_minus : given + at->mean, n_x);
         copy(covariance, predicts ? f->P_minus : given + at->covariance, m->n_P);
         copy(memory + at->seen, given + at->seen, m->n_sensors);
+        *settling = given[at->settling_s];
         copy(memory + at->doubt, given + at->doubt, 2 * m->n_sensors);
     }
     return status;

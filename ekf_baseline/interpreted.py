@@ -26,10 +26,14 @@ from models.arrays import Array
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
-FIRST: Mapping[str, float] = MappingProxyType({"FIRST_UPDATES": 20, "FIRST_SETTLED": 1e-3})
-"""Macros of filter.c: how often an update with first readings is linearised anew at most, and how
-far, in standard deviations, its posterior then may be from where it was linearised. Starts wrong by
-up to 90° and told so take 3 to 12, by 170° some the whole number."""
+FIRST: Mapping[str, float] = MappingProxyType(
+    {"FIRST_UPDATES": 20, "FIRST_SETTLED": 1e-3, "SETTLING_S": 0.3, "SETTLING_UPDATES": 5}
+)
+"""Macros of filter.c: how often an update is linearised anew at most, how far, in standard
+deviations, its posterior then may be from where it was linearised; for how long after a
+sensor's first reading updates are, s, and how often at most. Starts wrong by up to 90° and told so
+take 3 to 12, by 170° some the whole number. Without a gyroscope they need not settle at all, and
+more than five then cost elevation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,16 +126,22 @@ class InterpretedFilter:
         if doubted or (used != present).any():
             update = self._stage.update(prior, y, used)
         seen, updates, gaussian = self._seen(own, update), 1, update.state
-        if doubted or (seen != at.view(own, "seen")).any():
-            gaussian, updates = self._settled(prior, y, update, used)
+        is_new = bool((seen != at.view(own, "seen")).any())
+        before_s = float(at.view(own, "settling_s"))
+        settling_s = FIRST["SETTLING_S"] if is_new else max(before_s - dt, 0.0)
+        if doubted or settling_s > 0:
+            most = FIRST["FIRST_UPDATES" if is_new or doubted else "SETTLING_UPDATES"]
+            gaussian, updates = self._settled(prior, y, update, used, most)
         if not gaussian.is_finite:
             status |= Status.NOT_FINITE
             gaussian = prior if prior.is_finite else state  # the last rung
             seen, doubt = at.view(own, "seen"), at.view(own, "doubt")
+            settling_s = before_s
         at.view(own, "time_s")[...] = time_s
         at.view(own, "mean")[:] = gaussian.mean
         store(gaussian, at.view(own, "covariance"))
         at.view(own, "seen")[:] = seen
+        at.view(own, "settling_s")[...] = settling_s
         at.view(own, "doubt")[:] = doubt
         at.view(own, "inputs")[:] = y[model.n_y :]
         self._rest.part(at, own)[:] = rest
@@ -181,11 +191,11 @@ class InterpretedFilter:
         return seen
 
     def _settled(
-        self, predicted: GaussianState, y: Array, update: Update, used: Array
+        self, predicted: GaussianState, y: Array, update: Update, used: Array, most: float
     ) -> tuple[GaussianState, int]:
-        """Return an update linearised at its own posterior, and how many it took."""
+        """Return an update linearised at its own posterior, and how many it took of `most`."""
         state, updates = update.state, 1
-        while updates < FIRST["FIRST_UPDATES"]:
+        while updates < most:
             d_minus = -self._stage.difference(state.mean, predicted.mean)
             again = self._stage.update(predicted, y, used, state.mean, d_minus)
             if not np.isfinite(again.deviation).all():

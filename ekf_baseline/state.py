@@ -52,6 +52,11 @@ class EkfState:
         return self.layout.view(self.memory, "seen")
 
     @property
+    def settling_s(self) -> float:
+        """How much longer updates are linearised at their own posterior, s; 0 is not at all."""
+        return float(self.layout.view(self.memory, "settling_s"))
+
+    @property
     def doubt(self) -> Array:
         """(2 n_sensors,) per sensor: readings that its gate has rejected in a row, and s since."""
         return self.layout.view(self.memory, "doubt")
@@ -140,6 +145,7 @@ def _own_blocks(model: StateSpaceModel) -> dict[str, tuple[int, ...]]:
         "mean": (n_x,),
         "covariance": (row, row),
         "seen": (len(model.sensors),),
+        "settling_s": (),
         "doubt": (2 * len(model.sensors),),
         "inputs": (model.n_u,),
     }

@@ -167,6 +167,8 @@ def estimate(
     truth: TruthSource | None = None,
     truth_offset_s: float | None = None,
     truth_frame: str | None = None,
+    truth_columns: ColumnsAsked | None = None,
+    truth_units: Mapping[str, str] | None = None,
     **settings: Any,
 ) -> EstimateRun:
     """Estimate a recording in one call, and judge it by whatever reference it brings.
@@ -188,6 +190,8 @@ def estimate(
     truth : motion capture, a tablet or angles, a file or `Truth`, with which the estimate is
         compared; clock and frame are aligned, see `pen_mhe.truth.align.aligned`
     truth_offset_s, truth_frame : added to its times, and ``same``, where nothing is to be aligned
+    truth_columns, truth_units : of its file, ``"position=a,b,c;time=t"``; see
+        `recordings.truths.asked.QUANTITIES`
     settings : of the estimator, see `pen_mhe.estimators.create_estimator`
 
     Raises
@@ -216,5 +220,11 @@ def estimate(
         causal=causal,
         watch=watch,
         on_lost=on_lost,
-        truth=GivenTruth.of(truth, truth_offset_s, truth_frame),
+        truth=GivenTruth.of(
+            truth,
+            offset_s=truth_offset_s,
+            frame=truth_frame,
+            columns=truth_columns,
+            units=truth_units,
+        ),
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 import pen_mhe as pm
 from estimation.recording import Recording
 from models.pen_body import rates_and_attitudes
-from models.pen_file import load_pen, parse_pen
+from models.pen_file import load_pen
 
 Array = NDArray[np.float64]
 
@@ -21,23 +20,9 @@ FIELD = {"field_strength_ut": 48.0, "field_dip_deg": 64.0}
 """Of central Europe."""
 
 
-def compass_pen(**keys: Any) -> pm.PenConfig:
-    """Return the reference pen's IMU, its accelerometer's bias known to 5 mg, and a magnetometer,
-    its hard iron known to 0.5 µT.
-
-    Parameters
-    ----------
-    keys : of the magnetometer
-    """
-    reference = load_pen("reference")
-    accel = reference.sensors["accel"].model_copy(update={"bias_std_m_s2": 5e-3 * 9.80665})
-    mag = {
-        "kind": "magnetometer", **FIELD, "noise_std_ut": 0.4, "bias_std_ut": 0.5,
-        "bias_walk_ut_per_sqrt_s": 0.05, "rate_hz": 100.0, **keys,
-    }  # fmt: skip
-    added = parse_pen({"name": "it", "sensors": {"mag": mag}}).sensors["mag"]
-    sensors = {**reference.sensors, "accel": accel, "mag": added}
-    return reference.model_copy(update={"name": "pen with a compass", "sensors": sensors})
+def compass_pen() -> pm.PenConfig:
+    """Return the bundled pen with a compass."""
+    return load_pen("compass")
 
 
 @cache

@@ -11,6 +11,7 @@ from estimation.output_file import write_whole
 from models.errors import InputError
 from models.pen_config import PenConfig
 from models.regular_files import read_text
+from recordings.finding import Finding
 from recordings.read import RecordingPath
 
 MARK = "# as written: "
@@ -26,11 +27,13 @@ class FoundPen:
     pen : for an estimate
     text : of a pen file that says the same, with where each number comes from
     notes : sentences on what was measured and what is assumed
+    findings : what an estimate may suffer from
     """
 
     pen: PenConfig
     text: str
     notes: tuple[str, ...]
+    findings: tuple[Finding, ...] = ()
 
     def to_toml(self) -> str:
         """Return the pen file."""

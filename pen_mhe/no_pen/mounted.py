@@ -13,8 +13,11 @@ from pen_mhe.no_pen.any_pen import ACCEL, GYRO
 from pen_mhe.no_pen.at_rest import AtRest, first_rows
 from pen_mhe.no_pen.axis import AnyAxis, PenAxis, axis_along, next_upright, read_axis
 from pen_mhe.no_pen.lines import ASSUMED, MEASURED, TOLD, PenLine
+from recordings.checks.axes_fit import fit_axes
 from recordings.checks.lever import Lever, lever_of
 from recordings.checks.mountings import axis_of, is_told, up_of
+from recordings.checks.turns import gravity_turns
+from recordings.finding import Finding
 
 START_S = 0.5
 """What the pen's attitude at the beginning is read from, where it does not rest then."""
@@ -34,6 +37,7 @@ class MountedHow:
     starts_still : whether that is of a rest
     arm_m : (3,) from the tip, in the pen's axes; None where the motion does not tell
     notes : sentences
+    findings : what an estimate suffers from if it is otherwise
     """
 
     axis: PenAxis
@@ -43,6 +47,7 @@ class MountedHow:
     starts_still: bool
     arm_m: Array | None
     notes: tuple[str, ...]
+    findings: tuple[Finding, ...] = ()
 
     def lines(self) -> list[PenLine]:
         """Return what a sensor's table says of its mounting."""
@@ -102,26 +107,37 @@ def mounted_how(recording: Recording, rest: AtRest | None, axis: AnyAxis | None)
         arm = np.array(chosen.sensor_to_body()) @ lever.arm_m
         # A tip that is told to be elsewhere: the point about which it turns is not the pen's.
         arm = arm if arm[2] > 0.5 * lever.length_m else None
+    findings: tuple[Finding, ...] = ()
     notes = [f"axis: {chosen.name} points along the pen, from tip to top ({origin}: {why})"]
     if usual is not None and told is None and origin == ASSUMED:
-        notes = [_guessed(chosen, usual, why)]
+        note, findings = _by_gravity(chosen, usual, why)
+        notes = [note]
     if arm is not None and lever is not None:
         notes.append(
             f"place: the motion turns about a point {100 * lever.length_m:.1f} cm from the "
             f"sensor (± {100 * float(lever.std_m.max()):.1f} cm), which is taken as the tip at rest"
         )
-    return MountedHow(chosen, origin, why, up, starts_still, arm, tuple(notes))
+    return MountedHow(chosen, origin, why, up, starts_still, arm, tuple(notes), findings)
 
 
-def _guessed(chosen: PenAxis, up: Array, why: str) -> str:
+def _by_gravity(chosen: PenAxis, up: Array, why: str) -> tuple[str, tuple[Finding, ...]]:
+    """Return what is said of an axis that only gravity tells, and that it may be another."""
     other = next_upright(up, chosen)
     here, there = (float(np.degrees(each.elevation_rad(up))) for each in (chosen, other))
     sure = np.sin(np.radians(here)) - np.sin(np.radians(there)) >= ALIKE
-    return (
+    guess = Finding(
+        f"that {chosen.name} is the pen's axis is a guess, and deviations are those of this axis",
+        ACCEL,
+        1.0,
+        f"say --axis; {other.name} is about as upright",
+        check="guessed axis",
+    )
+    note = (
         f"axis: {chosen.name} is {'taken' if sure else 'guessed'} to point along the pen, from tip "
         f"to top ({why}), which stands at {here:.3g}° then; with --axis {other.name} it would be "
         f"{there:.3g}°"
     )
+    return note, () if sure else (guess,)
 
 
 def _upright(rest: AtRest | None) -> str:
@@ -131,12 +147,20 @@ def _upright(rest: AtRest | None) -> str:
 def _lever(
     recording: Recording, seen: Mapping[str, tuple[Array, Array]], rest: AtRest | None
 ) -> Lever | None:
-    """Return where the accelerometer sits, of a recording that shows its gyroscope's bias."""
-    if GYRO not in seen or rest is None:
+    """Return where the accelerometer sits; None where no gyroscope and gravity tell.
+
+    Without rest a gyroscope's bias is what gravity does not turn by.
+    """
+    if GYRO not in seen:
         return None
     some = first_rows(recording)
     (force_s, force), (rate_s, rate) = some.sensor(ACCEL), some.sensor(GYRO)
-    return lever_of(force_s, force, rate_s, rate - rest.rate_mean(GYRO))
+    if rest is not None:
+        return lever_of(force_s, force, rate_s, rate - rest.rate_mean(GYRO))
+    turns = gravity_turns(force_s, force, rate_s, rate)
+    if not len(turns):
+        return None
+    return lever_of(force_s, force, rate_s, rate + fit_axes(turns).bias[0])  # of equal axes
 
 
 def _up_at_start(recording: Recording, rest: AtRest | None) -> tuple[Array | None, bool]:

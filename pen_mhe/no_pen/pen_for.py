@@ -125,7 +125,8 @@ def pen_for(
         tables["sensors.rest"] = [PenLine("kind", "rest", ASSUMED, why)]
     text = pen_text(_head(read.name), tables)
     pen = parse_pen(toml_data(text, title), title)
-    return FoundPen(pen, text, (*notes, _not_known(mounted, f"sensors.{CAMERA}" in tables)))
+    notes.append(_not_known(mounted, f"sensors.{CAMERA}" in tables))
+    return FoundPen(pen, text, tuple(notes), mounted.findings)
 
 
 def _top(title: str) -> list[PenLine]:

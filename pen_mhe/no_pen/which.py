@@ -131,7 +131,11 @@ def pen_of(
         recording = read_written(recording, any_pen(), units=units, columns=columns, strict=strict)
     recording = recording.checked(recording.recording, any_pen(), against_pen=False)
     found = pen_for(recording, axis)
-    loaded = replace(recording, notes=(*recording.notes, *found.notes))
+    loaded = replace(
+        recording,
+        notes=(*recording.notes, *found.notes),
+        findings=(*recording.findings, *found.findings),
+    )
     return WhichPen(found.pen, "no pen file: the pen is what the recording shows", loaded, found)
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from estimation.truth import Truth
 from models.errors import InputError
 from models.pen_config import PenConfig
 from pen_mhe.truth.align import check_said
+from recordings.asked import Asked, ColumnsAsked
 from recordings.truths.of_recording import track_of_truth
 from recordings.truths.read import read_truth
 from recordings.truths.track import TruthTrack
@@ -26,24 +29,28 @@ class GivenTruth:
     source : where it is
     offset_s : what is added to its times; None finds it
     frame : one of `pen_mhe.truth.align.FRAMES`; None finds it
+    columns, units : of its file, see `recordings.truths.asked.QUANTITIES`
 
     Raises
     ------
     InputError
-        If the frame is none of these, or the offset is no number.
+        If the frame is none of these, the offset is no number, or columns are given for no file.
     """
 
     source: TruthSource
     offset_s: float | None = None
     frame: str | None = None
+    columns: ColumnsAsked | None = None
+    units: Mapping[str, str] | None = None
 
     def __post_init__(self) -> None:
         check_said(self.offset_s, self.frame)
+        if isinstance(self.source, Truth | TruthTrack) and (self.columns or self.units):
+            what = "columns" if self.columns else "units"
+            raise InputError(f"{what} are given for a truth that is no file, expected none")
 
     @classmethod
-    def of(
-        cls, source: TruthSource | None, offset_s: float | None, frame: str | None
-    ) -> GivenTruth | None:
+    def of(cls, source: TruthSource | None, **said: Any) -> GivenTruth | None:
         """Return it as it is given by its parts; None where there is none.
 
         Raises
@@ -52,10 +59,11 @@ class GivenTruth:
             If something is said of a truth that is not there, or of no such frame.
         """
         if source is not None:
-            return cls(source, offset_s, frame)
-        if offset_s is not None or frame is not None:
-            what = "an offset" if offset_s is not None else "a frame"
-            raise InputError(f"{what} of the truth is given without a truth, expected both")
+            return cls(source, **said)
+        for name, value in said.items():
+            if value not in (None, {}):
+                what = name.removesuffix("_s")
+                raise InputError(f"{what} of the truth given without a truth, expected both")
         return None
 
     def track(self, pen: PenConfig, origin_s: float) -> TruthTrack:
@@ -74,4 +82,5 @@ class GivenTruth:
             return self.source
         if isinstance(self.source, Truth):
             return track_of_truth(self.source, "as given")
-        return read_truth(self.source, pen, origin_s=origin_s)
+        asked = Asked.of(self.units, self.columns)
+        return read_truth(self.source, pen, origin_s=origin_s, asked=asked)

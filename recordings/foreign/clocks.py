@@ -81,9 +81,10 @@ def clocks_of(
             if group.table is table:
                 candidates = candidates_for(table, group.kind)
                 if candidates not in of_column:
-                    of_column[candidates] = _stamps(
-                        table, group, columns.get(TIME), asked, units, where
-                    )
+                    of_column[candidates] = stamps_asked(
+                        table, asked, where,
+                        named=columns.get(TIME), units=units, kind=group.kind,
+                    )  # fmt: skip
                 stamps = of_column[candidates]
                 by_header.setdefault(stamps.header, (stamps, {}))[1][sensor] = group
         for stamps, groups in by_header.values():
@@ -132,14 +133,28 @@ def _clock(table: SourceTable, stamps: Stamps, groups: Mapping[str, Group], wher
     return Clock(table, stamps, mended, groups, origin_s)
 
 
-def _stamps(
+def stamps_asked(
     table: SourceTable,
-    group: Group,
-    named: Sequence[str] | None,
     asked: Asked,
-    units: Mapping[str, str],
     where: str,
+    *,
+    named: Sequence[str] | None,
+    units: Mapping[str, str],
+    kind: str | None,
 ) -> Stamps:
+    """Return the stamps of a table's rows as somebody says them, else as they are found.
+
+    Parameters
+    ----------
+    named : the column that somebody names
+    units : ``time`` → unit, where somebody says it
+    kind : see `recordings.foreign.stamps.stamps_of`
+
+    Raises
+    ------
+    InputError
+        If there are none, or a rate or a unit makes no sense.
+    """
     given = asked.columns.get(TIME, ())
     if given and is_rate(TIME, given):
         try:
@@ -152,4 +167,4 @@ def _stamps(
     if TIME in units:
         unit = unit_asked(units[TIME], "s", f"{where}: unit {short(units[TIME])} of time")
     header = None if named is None else named[0]
-    return stamps_of(table, where, header=header, unit=unit, kind=group.kind)
+    return stamps_of(table, where, header=header, unit=unit, kind=kind)

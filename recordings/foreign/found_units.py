@@ -28,6 +28,8 @@ COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 256)
 COUNTS_WITHIN = 1.2
 FIELDS, FIELD_WITHIN = ("ut", "gauss", "mgauss", "nt", "t"), 2.5
 """Units of magnetometers, and how far from the Earth's strength the median may lie in one."""
+ONE_WITHIN = 1.6
+"""How far from 1 it may lie in a normalised one: in gauss the Earth's is at most 0.66."""
 COUNTS_PER_DEG_S = (131.0, 65.5, 32.8, 16.4)
 """Of 16 bits at 250, 500, 1000, 2000 deg/s, InvenSense's and Bosch's; the hand's own acceleration
 hides the eighth by which ST's are fewer."""
@@ -65,7 +67,7 @@ def acceleration_unit(values: Array) -> FoundUnit | None:
     return None
 
 
-def field_unit(values: Array, strength_ut: float) -> FoundUnit | None:
+def field_unit(values: Array, strength_ut: float, *, is_one: bool = False) -> FoundUnit | None:
     """Return the unit in which the median of a magnetic field's norm is nearest its strength.
 
     Iron in the pen may add as much again; units are ten times apart.
@@ -73,12 +75,15 @@ def field_unit(values: Array, strength_ut: float) -> FoundUnit | None:
     Parameters
     ----------
     values : (n, 3) as they stand in the file
+    is_one : whether the logger writes 1 for the Earth's field; then that is a unit, too
     """
     if (median := _median_norm(values)) <= 0:
         return None
+    why = f"the median of its norm is {median:.4g}"
+    if is_one and abs(math.log(median)) <= math.log(ONE_WITHIN):
+        return FoundUnit(Unit("the Earth's field", "ut", strength_ut), why)
     off = {name: abs(math.log(median * KNOWN_UNITS[name].factor / strength_ut)) for name in FIELDS}
     best = min(off, key=lambda name: off[name])
-    why = f"the median of its norm is {median:.4g}"
     return FoundUnit(KNOWN_UNITS[best], why) if off[best] <= math.log(FIELD_WITHIN) else None
 
 

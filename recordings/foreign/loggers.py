@@ -36,6 +36,7 @@ class Logger:
     headers : what its headers, joined by bars, match
     units : kind → unit of its readings where their headers have none
     force_sign : -1 where an accelerometer at rest reads downward
+    normalised : kinds of which the Earth's own is 1
     source : where that is written
     """
 
@@ -44,6 +45,7 @@ class Logger:
     units: Mapping[str, str] = field(default_factory=dict)
     force_sign: float = 1.0
     source: str = ""
+    normalised: tuple[str, ...] = ()
 
 
 LOGGERS: tuple[Logger, ...] = (
@@ -62,7 +64,8 @@ LOGGERS: tuple[Logger, ...] = (
     Logger("GNSSLogger for Android", r"Uncal(Accel|Gyro)[XYZ]", _SI, 1.0, "android/SensorEvent"),
     Logger(
         "Xsens MT Manager", r"PacketCounter|SampleTimeFine", {ACCELEROMETER: "m_s2"}, 1.0,
-        "MT Manager User Manual: Acc m/s2, Gyr rad/s; Movella DOT: Gyr deg/s",
+        "MT Manager User Manual: Acc m/s2, Gyr rad/s, Mag a.u.; Movella DOT: Gyr deg/s",
+        (MAGNETOMETER,),
     ),
     Logger(
         "ROS", r"linear_acceleration|angular_velocity",

@@ -40,9 +40,17 @@ def check_canonical(
 
 
 def columns_asked(
-    tables: Sequence[SourceTable], columns: Mapping[str, Sequence[str]], *, must_be: bool
+    tables: Sequence[SourceTable],
+    columns: Mapping[str, Sequence[str]],
+    *,
+    must_be: bool,
+    what: str = "recording",
 ) -> list[dict[str, tuple[str, ...]]]:
     """Return, for each table, sensor → those columns of it that somebody names.
+
+    Parameters
+    ----------
+    what : they are tables of, for messages
 
     Raises
     ------
@@ -61,7 +69,7 @@ def columns_asked(
             known = [str(header) for table in tables for header in table.frame.columns]
             shown = ", ".join(map(short, known[:40]))
             raise InputError(
-                f"recording {tables[0].name}: no column {short(name)} for {short(sensor)}, "
+                f"{what} {tables[0].name}: no column {short(name)} for {short(sensor)}, "
                 f"expected one of {shown}{did_you_mean(name, known)}"
             )
     return found

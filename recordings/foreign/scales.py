@@ -155,7 +155,8 @@ def _rate_scale(
 
 
 def _field_scale(group: Group, values: Array, strength_ut: float, logger: Logger | None) -> Scale:
-    found = field_unit(values, strength_ut) if values.shape[1] == 3 else None
+    is_one = logger is not None and group.kind in logger.normalised
+    found = field_unit(values, strength_ut, is_one=is_one) if values.shape[1] == 3 else None
     if found is not None:
         return Scale(found.unit, found.why)
     if logger is not None and group.kind in logger.units:

@@ -37,6 +37,7 @@ class TruthColumn:
     axis : of a place 0 to 2, of a quaternion (x, y, z, w) 0 to 3, of an angle as in `ANGLES`
     factor : to SI; None where the header says no unit
     is_own : whether it is called as this project calls it, and so the tip's and the pen's own
+    sign : -1 where it reads the other way round
     """
 
     kind: str
@@ -44,6 +45,7 @@ class TruthColumn:
     axis: int
     factor: float | None
     is_own: bool = False
+    sign: float = 1.0
 
 
 def _own_columns() -> Mapping[str, TruthColumn]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,12 +16,14 @@ from models.errors import InputError
 from models.pen_file import AnyPen, as_pen
 from models.shown_text import one_line, short
 from recordings.asked import Asked
+from recordings.foreign.clocks import stamps_asked
 from recordings.foreign.repairs import mended_times
 from recordings.foreign.source_table import SourceTable
-from recordings.foreign.stamps import LARGE_S, stamps_of
-from recordings.formats.columns import loose_numbers
+from recordings.foreign.stamps import LARGE_S
+from recordings.formats.columns import TIME, loose_numbers
 from recordings.formats.table import format_names
 from recordings.read import format_row
+from recordings.truths.asked import meant_columns, named_columns, with_units
 from recordings.truths.columns import (
     ANGLE,
     DOWN,
@@ -44,7 +47,9 @@ EXPECTED = (
 )
 
 
-def read_truth(path: str | Path, pen: AnyPen, *, origin_s: float = 0.0) -> TruthTrack:
+def read_truth(
+    path: str | Path, pen: AnyPen, *, origin_s: float = 0.0, asked: Asked | None = None
+) -> TruthTrack:
     """Read what somebody else measured of a pen's motion.
 
     Of a recording that this project reads it takes the true states, or what a camera of the pen
@@ -55,24 +60,30 @@ def read_truth(path: str | Path, pen: AnyPen, *, origin_s: float = 0.0) -> Truth
     path : of one of `recordings.formats.table.FORMATS`
     pen : whose cameras may be in it
     origin_s : of the estimate's times, s: what was taken off a clock that counts from an epoch
+    asked : which columns are which of `recordings.truths.asked.QUANTITIES`, and their units
 
     Raises
     ------
     InputError
-        If it does not exist, cannot be read, or holds nothing of a pen's motion or no times.
+        If it does not exist, cannot be read, or holds nothing of a pen's motion, no times, or not
+        what is asked for.
     """
-    path = Path(path)
+    path, asked = Path(path), Asked() if asked is None else asked
     with reading(f"truth {path}", format_names()):
         row = format_row(path, "truth")
         if row.tables is None:
-            return track_of_recording(row.read_own(path, as_pen(pen), Asked()).recording, pen)
-        tables = row.tables(path, f"truth {path}")
-        meant = [(table, _columns(table)) for table in tables]
-        found = [(table, columns) for table, columns in meant if columns]
+            return track_of_recording(row.read_own(path, as_pen(pen), asked).recording, pen)
+        tables = row.tables(path, f"truth {path}", header=asked.header)
+        named = named_columns(tables, asked, f"truth {path}")
+        meant = [
+            (one, names, _columns(one, names)) for one, names in zip(tables, named, strict=True)
+        ]
+        found = [one for one in meant if one[2]]
         if found:
-            table, columns = max(found, key=lambda one: len(one[1]))
-            return _track(table, columns, str(path), origin_s)
-        recording = _as_recording(path, pen)
+            table, names, columns = max(found, key=lambda one: len(one[2]))
+            columns = with_units(columns, asked.units, f"truth {path}")
+            return _track(table, columns, str(path), origin_s, asked, names.get(TIME))
+        recording = None if asked.is_of_others else _as_recording(path, pen)
         if recording is not None:
             return track_of_recording(recording, pen)
         headers = [str(header) for table in tables for header in table.frame.columns]
@@ -99,7 +110,9 @@ class _Cells:
     columns: dict[str, TruthColumn]
 
     def values(self, headers: list[str]) -> Array:
-        found = np.column_stack([loose_numbers(self.frame[header]) for header in headers])
+        found = np.column_stack(
+            [self.columns[header].sign * loose_numbers(self.frame[header]) for header in headers]
+        )
         found[~np.isfinite(found)] = np.nan
         return found
 
@@ -109,20 +122,26 @@ class _Cells:
         return factors.pop() if len(factors) == 1 else None
 
 
-def _columns(table: SourceTable) -> dict[str, TruthColumn]:
+def _columns(table: SourceTable, named: Mapping[str, Sequence[str]]) -> dict[str, TruthColumn]:
     headers = [str(header) for header in table.frame.columns]
     found = as_motive(headers)
     if not found:
         found = {h: one for h in headers if (one := truth_column(h, table.name)) is not None}
+    found = meant_columns(named, found)
     return found if set(complete_groups(found)) - {DOWN} else {}
 
 
 def _track(
-    table: SourceTable, columns: dict[str, TruthColumn], name: str, origin_s: float
+    table: SourceTable,
+    columns: dict[str, TruthColumn],
+    name: str,
+    origin_s: float,
+    asked: Asked,
+    time: Sequence[str] | None,
 ) -> TruthTrack:
     where = f"truth {name}"
     groups = complete_groups(columns)
-    stamps = stamps_of(table, where, header=None, unit=None, kind=None)
+    stamps = stamps_asked(table, asked, where, named=time, units=asked.units, kind=None)
     first_s = stamps.first_s()
     start_s = (origin_s or float(np.floor(first_s))) if first_s > LARGE_S else 0.0
     cells = _Cells(table.frame, columns)

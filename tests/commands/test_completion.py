@@ -48,7 +48,7 @@ MOTIONS = ["turn", "still", "upright", "loops", "yong", "handwriting", "model"]
 
 
 QUICK: dict[str, list[str]] = {
-    "estimate --pen ": ["dpoint", "reference"],
+    "estimate --pen ": ["compass", "dpoint", "reference"],
     "observe --pen r": ["reference"],
     "estimate r.csv --horizon 3 --pen dpoint --sensors ": DPOINT,
     "observe --pen dpoint --sensors accel,c": ["accel,camera", "accel,contact"],
@@ -57,7 +57,7 @@ QUICK: dict[str, list[str]] = {
     "simulate --sensors accel_u": ["accel_upper"],
     "observe --pen nowhere --sensors ": [],
     "simulate --motion ": MOTIONS,
-    "calibrate still --pen ": ["dpoint", "reference"],
+    "calibrate still --pen ": ["compass", "dpoint", "reference"],
     "calibrate ": ["still", "magnetometer", "camera"],
     "benchmark pen s": ["speed"],
     "estim": ["estimate"],

@@ -43,7 +43,10 @@ WRONG = {
         ("estimate", "r.csv", "--pen", "dpoint", "--output", "o.csv", "--estimator", "MHE-RT"),
         "did you mean mhe-rti?",
     ),
-    "pen": (("observe", "--pen", "refrence"), "bundled pen: dpoint, reference; did you mean ref"),
+    "pen": (
+        ("observe", "--pen", "refrence"),
+        "bundled pen: compass, dpoint, reference; did you mean ref",
+    ),
     "sensor": (("observe", "--sensors", "gyroscope"), "did you mean gyro?"),
     "motion": (("simulate", "--output", "o.csv", "--motion", "hand"), "did you mean handwriting?"),
     "stamps": (("simulate", "--output", "o.csv", "--stamps", "arival"), "did you mean arrival?"),

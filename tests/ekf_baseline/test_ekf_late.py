@@ -260,7 +260,7 @@ def test_memory_is_constant() -> None:
     nothing = Ekf(stream.model, EkfConfig(late_samples=0)).init().memory
     n_x, model = stream.model.n_x, stream.model
     row = -(-n_x // 4) * 4
-    assert nothing.size == 1 + n_x + row * row + 3 * len(model.sensors) + model.n_u
+    assert nothing.size == 2 + n_x + row * row + 3 * len(model.sensors) + model.n_u
 
 
 def test_the_reach_follows_from_the_model() -> None:

@@ -1,4 +1,4 @@
-"""The first readings of a sensor are linearised where they lead, and those after at the mean."""
+"""First readings, and those 0.3 s behind, are linearised where they lead, others at the mean."""
 
 from __future__ import annotations
 
@@ -88,22 +88,25 @@ def measured(k: int, *, but: str = "") -> Measurement:
 
 def test_each_sensor_has_a_first_reading() -> None:
     ekf = EKF
-    state, seen, iterations = ekf.init(), [], []
+    state, seen, iterations, settling = ekf.init(), [], [], []
     for measurement in (
         Measurement(-0.01, np.full(MODEL.n_y, np.nan)),
         measured(0, but="accel"),
         measured(1, but="accel"),
         measured(2),
-        measured(3),
+        *(measured(k) for k in range(3, 36)),
     ):
         state, estimate = ekf.step(state, measurement)
         seen.append(state.seen.tolist())
         iterations.append(estimate.iterations)
+        settling.append(state.settling_s)
     none, gyro, both = [0.0] * 4, [0.0, 1.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0]
-    assert seen == [none, gyro, gyro, both, both]
+    assert seen == [none, gyro, gyro, *[both] * 34]
     assert iterations[:3] == [1, 1, 1]  # a gyroscope is linear
     assert iterations[3] > 1
-    assert iterations[4] == 1
+    assert max(iterations[4:33]) > 1
+    assert settling == pytest.approx([0, 0.3, 0.29, *np.arange(0.3, -0.001, -0.01), 0, 0, 0])
+    assert iterations[-3:] == [1, 1, 1]
 
 
 def test_a_linear_update_is_kept_to_the_last_bit() -> None:
@@ -132,8 +135,15 @@ def _same(a: Array, b: Array) -> bool:
 
 @needs_compiler
 def test_compiled_is_interpreted() -> None:
+    """At the first readings, while updates settle, and behind."""
     machine, other = compiled_and_interpreted(lambda: Ekf(MODEL))
     for seed in range(5):
         (_, a), (_, b) = (e.step(e.init(), measured(seed)) for e in (machine, other))
         assert a.iterations == b.iterations > 1
         assert (np.abs(a.state.mean - b.state.mean) / a.state.std).max() < 1e-12
+    one, two = machine.init(), other.init()
+    for k in range(35):
+        (one, a), (two, b) = machine.step(one, measured(k)), other.step(two, measured(k))
+        assert a.iterations == b.iterations
+        assert one.settling_s == two.settling_s
+        assert (np.abs(a.state.mean - b.state.mean) / a.state.std).max() < 1e-9

@@ -245,7 +245,9 @@ def test_file_that_is_missing(tmp_path: Path) -> None:
     path = tmp_path / "nothing.toml"
     with pytest.raises(InputError, match=re.escape(f"pen file {path} does not exist")) as error:
         load_pen(path)
-    assert str(error.value).endswith("expected a file, or a bundled pen: dpoint, reference")
+    assert str(error.value).endswith(
+        "expected a file, or a bundled pen: compass, dpoint, reference"
+    )
 
 
 def test_a_pen_is_known_by_name_by_path_and_by_itself() -> None:

@@ -18,7 +18,15 @@ from pen_mhe.truth.judged import JudgedByTruth, judged_by
 from recordings.truths.columns import TIP
 from recordings.truths.read import read_truth
 from recordings.truths.track import ANGLES
-from tests.pen_mhe.truth.truths import angles, marker, recording, tablet, written
+from tests.pen_mhe.truth.truths import (
+    OFFSET_S,
+    angles,
+    exact,
+    marker,
+    recording,
+    tablet,
+    written,
+)
 
 
 @cache
@@ -118,3 +126,22 @@ def test_a_file_of_something_else_is_refused_before_the_run(tmp_path: Path, name
 def test_an_offset_without_a_truth_is_refused() -> None:
     with pytest.raises(InputError, match="without a truth"):
         pm.estimate(recording(), truth_offset_s=1.0)
+
+
+def test_columns_are_named_in_the_call(tmp_path: Path) -> None:
+    """A truth of headers that say nothing is judged by as the file that they were taken from."""
+    table = angles()
+    path = written(table.rename(columns=dict(zip(table.columns, "tabc", strict=True))), tmp_path)
+    part = recording().first(3.0)
+    named = {"truth_columns": "time=t;azimuth=a;elevation=b;spin=c"}
+    units = dict.fromkeys(("azimuth", "elevation", "spin"), "deg")
+    options = {"estimator": "ekf", "truth_offset_s": OFFSET_S, "truth_frame": "same"}
+    found = pm.estimate(part, "reference", truth=path, truth_units=units, **named, **options)
+    plain = pm.estimate(part, "reference", truth=written(table, tmp_path, "own.csv"), **options)
+    assert found.judged is not None
+    assert plain.judged is not None
+    assert found.judged.figures == plain.judged.figures
+    with pytest.raises(InputError, match="columns of the truth given without a truth"):
+        pm.estimate(part, "reference", **named)
+    with pytest.raises(InputError, match="columns are given for a truth that is no file"):
+        pm.estimate(part, "reference", truth=exact(), **named)

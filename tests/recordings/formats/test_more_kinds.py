@@ -53,6 +53,28 @@ def test_a_magnetometer_in_any_unit(tmp_path: Path, case: str) -> None:
         )
 
 
+def test_xsens_writes_one_for_the_field(tmp_path: Path) -> None:
+    """Of any other logger a norm of one is in gauss, of Xsens too where it is 0.48."""
+    recording = written(1, 3.0)
+    strength = compass_pen().sensors["mag"].field_strength
+    for per_ut, stamps, unit in (
+        (1 / strength, "SampleTimeFine", strength),
+        (0.01, "SampleTimeFine", 100.0),
+        (1 / strength, "micros", 100.0),
+    ):
+        headers = {
+            "accel": (("Acc_X", "Acc_Y", "Acc_Z"), 1.0),
+            "gyro": (("Gyr_X", "Gyr_Y", "Gyr_Z"), 1.0),
+            "mag": (("Mag_X", "Mag_Y", "Mag_Z"), per_ut),
+        }
+        table = table_of(recording, headers).rename(columns={"millis": stamps})
+        table[stamps] = np.round(table[stamps] * (10 if stamps == "SampleTimeFine" else 1000))
+        table.to_csv(tmp_path / "it.csv", index=False)
+        read = read_written(tmp_path / "it.csv", compass_pen()).recording
+        wanted = recording.readings["mag"] * per_ut * unit
+        np.testing.assert_allclose(read.readings["mag"], wanted, rtol=1e-9)
+
+
 def test_a_unit_that_is_asked_for(tmp_path: Path) -> None:
     recording, path = written(1, 3.0), tmp_path / "it.csv"
     headers = {"accel": (IMU[0], 1.0), "gyro": (IMU[1], 1.0), "mag": (("u", "v", "w"), 10.0)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +11,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import pen_mhe as pm
+from models.arrays import Array
 from models.errors import InputError
+from recordings.asked import Asked
 from recordings.formats.tables import recording_to_table
 from recordings.truths.read import read_truth
 from recordings.truths.track import TruthTrack, angles_of, attitude_of, matrices_of
@@ -156,3 +159,77 @@ def test_a_file_of_something_else_is_refused(
 ) -> None:
     with pytest.raises(InputError, match=said):
         _read(tmp_path, columns)
+
+
+OWN = np.column_stack([RISING, -RISING, 0.5 * RISING])
+NOBODYS = {"clock": 1e3 * T, "u": 1e3 * OWN[:, 0], "v": -1e3 * OWN[:, 1], "w": 1e3 * OWN[:, 2]}
+
+
+def _asked(folder: Path, table: dict[str, Array], asked: Asked, **options: Any) -> TruthTrack:
+    path = folder / "truth.csv"
+    pd.DataFrame(table).to_csv(path, index=False, **options)
+    return read_truth(path, "reference", asked=asked)
+
+
+@pytest.mark.parametrize(
+    ("columns", "units", "options"),
+    [
+        ("position=u,-v,w;time=clock", {"position": "mm", "time": "ms"}, {}),
+        ("position=U,-V,W;time=100Hz", {"position": "m/1000"}, {}),
+        ("position=2,-3,4;time=1", {"position": "mm", "time": "ms"}, {"header": False}),
+    ],
+)
+def test_columns_are_those_that_somebody_names(
+    tmp_path: Path, columns: str, units: dict[str, str], options: dict[str, Any]
+) -> None:
+    track = _asked(tmp_path, NOBODYS, Asked.of(units, columns), **options)
+    assert track.position is not None
+    np.testing.assert_allclose(track.position, OWN, atol=1e-12)
+    np.testing.assert_allclose(track.time_s, T, atol=1e-9)
+    assert track.attitude is None
+
+
+def test_a_file_without_a_header_is_given_one(tmp_path: Path) -> None:
+    track = _asked(tmp_path, NOBODYS, Asked.of(columns="time_ms,x_mm,y_mm,z_mm"), header=False)
+    assert track.position is not None
+    np.testing.assert_allclose(track.position, OWN * [1, -1, 1], atol=1e-12)
+
+
+def test_named_angles_stand_over_recognised_ones(tmp_path: Path) -> None:
+    table = {"time_s": T, "elevation_deg": 0 * T, "heading [deg]": 200 * RISING, "roll": RISING}
+    track = _asked(tmp_path, table, Asked.of(columns="azimuth=-heading;spin=roll"))
+    assert track.angles is not None
+    np.testing.assert_allclose(track.angles[:, 0], np.radians(-200 * RISING), atol=1e-12)
+    np.testing.assert_allclose(track.angles[:, 2], RISING, atol=1e-12)
+    assert np.isnan(track.angles[:, 1]).all()
+
+
+def test_a_unit_is_for_columns_that_are_recognised_too(tmp_path: Path) -> None:
+    track = _asked(tmp_path, {"time_s": T, "x": RISING, "y": RISING}, Asked.of({"position": "cm"}))
+    assert track.position is not None
+    np.testing.assert_allclose(track.position[:, 0], 1e-2 * RISING, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("columns", "units", "message"),
+    [
+        ("position=u,v,w;time=clok", {}, r"no column clok for time.*did you mean clock"),
+        ("place=u,v,w;time=clock", {}, r"columns of place is unknown|unknown.*place"),
+        ("position=u;time=clock", {}, "1 columns of position, expected 2 or 3"),
+        ("quaternion=u,v,w;time=clock", {}, "3 columns of quaternion, expected 4"),
+        ("position=u,v,w;time=clock", {"position": "deg"}, "expected m or"),
+        ("position=u,v,w;time=clock", {"spin": "deg"}, "a unit is given for spin, which has no"),
+        ("position=u,v,w;time=fastHz", {}, "expected a rate like 100Hz"),
+    ],
+)
+def test_what_is_named_wrongly_is_said(
+    tmp_path: Path, columns: str, units: dict[str, str], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        _asked(tmp_path, NOBODYS, Asked.of(units, columns))
+
+
+def test_a_unit_beside_another_in_the_header_is_refused(tmp_path: Path) -> None:
+    table = {"time_s": T, "x_mm": RISING, "y_mm": RISING}
+    with pytest.raises(InputError, match="unit cm is given for position, and x_mm says another"):
+        _asked(tmp_path, table, Asked.of({"position": "cm"}))
