@@ -26,6 +26,7 @@ _STAMP = re.compile(
     r"(?:\d{1,4}[-/.:]\d{1,2}[-/.:]\d{1,4}(?:[T ][\w.:/ +-]*)?|\d{1,2}:\d{2}[\w.:/ +-]*)"
     r"(?:,\d{1,9})?[\d:Zz+-]*(?: ?[AaPp][Mm])?"
 )
+_LONGEST_NUMBER = 100
 _RULE = re.compile(r"[-=_+|:*~ ]*")
 """A cell of a line that is drawn between header and rows."""
 _COMMENT = re.compile(r"^\s*(?:#+|%+|//+|;+)\s*")
@@ -112,6 +113,8 @@ def split_cells(line: str, delimiter: str) -> list[str]:
 
 def is_number(cell: str) -> bool:
     """Whether a cell is a number, with a point or a comma, or a stamp of time."""
+    if len(cell) > _LONGEST_NUMBER:
+        return False
     return any(form.fullmatch(cell) for form in (POINT, COMMA, _STAMP))
 
 

@@ -20,9 +20,10 @@ LEAST_ALIKE = 0.5
 """Part of the lines that name the same, from which they are rows."""
 LEAST_KEYS = 2
 _TIME_OF_DAY = r"\d{1,2}:\d{2}:\d{2}(?:\.\d{1,9})?"
+_DIGITS = r"[+-]?(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?"
 _NUMBER = re.compile(
-    rf"(?<![\w.:])(?:(?P<stamp>{_TIME_OF_DAY})|[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\w:])"
-    r"|(?<=[A-Za-z]:)[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?![\w:])"
+    rf"(?<![\w.:])(?:(?P<stamp>{_TIME_OF_DAY})|{_DIGITS})(?![\w:])"
+    rf"|(?<=[A-Za-z]:){_DIGITS}(?![\w:])"
 )
 _KEY = re.compile(r"[A-Za-z_][^:=]{0,40}[:=]\s*$|[A-Za-z_]\s*[:=]\s*$")
 _WORD = re.compile(r"[A-Za-z]")

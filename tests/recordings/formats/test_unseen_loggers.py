@@ -6,6 +6,7 @@ Each line of a table was misread or refused once.
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from models.errors import InputError
 from recordings.foreign.column_names import meaning
 from recordings.foreign.header_units import split_header
 from recordings.foreign.sniffing import is_number
+from recordings.formats.serial_lines import line_form
 from tests.recordings.formats.logger_files import (
     DEG,
     FORCE,
@@ -228,6 +230,16 @@ def test_counts_between_words(tmp_path: Path) -> None:
     path = tmp_path / "pen.csv"
     path.write_text(rows(whole([millis(), *both(G / 16384, DEG / 131)]), HEADER))
     check(read(path))
+
+
+@pytest.mark.parametrize(
+    "cell", ["1" * 200_000 + "x", "12:00" + "1" * 200_000 + "!", "1,111" * 40_000, "ax:1" * 50_000]
+)
+def test_a_cell_without_an_end_takes_no_time(cell: str) -> None:
+    start = time.process_time()
+    is_number(cell)
+    line_form([f"{cell},2,3"] * 3)
+    assert time.process_time() - start < 1.0
 
 
 @pytest.mark.parametrize(
