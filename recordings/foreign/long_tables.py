@@ -101,11 +101,17 @@ def _with_times(table: SourceTable, sensor: str) -> SourceTable:
         for name in table.frame.columns
         if name != sensor and pd.api.types.is_numeric_dtype(table.frame[name])
     ]
-    return replace(table, frame=table.frame.rename(columns=dict.fromkeys(numbers[:1], "time")))
+    return replace(table, frame=_renamed(table.frame, dict.fromkeys(numbers[:1], "time")))
 
 
 def _part(
     frame: pd.DataFrame, sensor: str, name: object, values: list[str], kind: str
 ) -> pd.DataFrame:
     part = frame[frame[sensor] == name].drop(columns=sensor).reset_index(drop=True)
-    return part.rename(columns=dict(zip(values, (f"{kind} {axis}" for axis in "xyz"), strict=True)))
+    return _renamed(part, dict(zip(values, (f"{kind} {axis}" for axis in "xyz"), strict=True)))
+
+
+def _renamed(frame: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:
+    """Return a table with columns renamed; others of the new names are left out."""
+    others = [name for name in names.values() if name in frame and name not in names]
+    return frame.drop(columns=others).rename(columns=names)

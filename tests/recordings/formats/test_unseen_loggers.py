@@ -256,3 +256,17 @@ def test_json_without_samples(tmp_path: Path, data: bytes, sentence: str) -> Non
     (tmp_path / "pen.json").write_bytes(data)
     with pytest.raises(InputError, match=sentence):
         read(tmp_path / "pen.json")
+
+
+def test_a_row_for_each_reading_beside_columns_of_the_same_name(tmp_path: Path) -> None:
+    lines = [
+        line
+        for t, f, w in zip(T, FORCE, RATE, strict=True)
+        for line in (
+            f"acc,{t:.3f},{f[0]:.6f},{f[1]:.6f},{f[2]:.6f},1",
+            f"gyro,{t:.3f},{w[0]:.6f},{w[1]:.6f},{w[2]:.6f},2",
+        )
+    ]
+    path = tmp_path / "pen.csv"
+    path.write_text("\n".join(["sensor,time,x,y,z,accelerometer x", *lines]))
+    check(read(path))
