@@ -39,8 +39,8 @@ KIND_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         GYROSCOPE: (
             "rotation rate", "gyro rotation", "angular velocity", "angular rate",
-            "angular speed", "ang vel", "angvel", "turn rate", "gyroscope", "gyro", "gyr", "gyros",
-            "drehrate", "drehraten",
+            "angular speed", "ang vel", "angvel", "anglvel", "turn rate", "gyroscope", "gyro",
+            "gyr", "gyros", "drehrate", "drehraten",
             "winkelgeschwindigkeit", "winkelgeschw", "gyroskop", "vitesse angulaire",
             "velocidad angular", "velocita angolare", "giroscopio", "omega",
             "rate", "rot", "w", "g", "gy",
@@ -75,7 +75,7 @@ _NOT_READINGS = spelt_words(
 _TIME_WORDS = spelt_words(
     "time times timestamp timestamps stamp zeit zeitstempel uhrzeit t elapsed uptime "
     "temps tiempo tempo datetime date utc epoch epoc ticks tick clock recordtime "
-    "sampletimefine ts"
+    "sampletimefine ts fecha hora heure"
 )
 _NO_TIME = spelt_words(
     "zone timezone step delta dt diff offset accuracy name count counter duration"
@@ -93,6 +93,7 @@ _SPELT_ALIKE: Mapping[str, Mapping[str, str]] = MappingProxyType(
 """Kind → a unit's name → the one that is meant of it: rates, and gauss for G."""
 _TURNS: Mapping[str, str] = MappingProxyType({"roll": "x", "pitch": "y", "yaw": "z"})
 """Axis of a rate about it."""
+_INDEX = re.compile(r"[\[(]([0-3])[\])]\s*$")
 _GLUED = re.compile(r"^(.+?)([xyz])(\d*)$|^([xyz])([a-z]+)$")
 
 
@@ -122,9 +123,9 @@ def meaning(header: str, context: str = "") -> Meaning | None:
     context : name of its file, sheet or topic, for headers like ``x`` in ``Gyroscope.csv``
     """
     stem, unit = split_header(header)
-    if unit is None and (index := re.search(r"[\[(]([0-3])[\])]\s*$", header)):
-        stem = f"{split_header(header[: index.start()])[0]} {'xyzw'[int(index[1])]}"
-        unit = split_header(header[: index.start()])[1]
+    if index := _INDEX.search(header if unit is None else stem):
+        before, written = split_header(index.string[: index.start()])
+        stem, unit = f"{before} {'xyzw'[int(index[1])]}", unit or written
     words = words_of(stem)
     if not AXIS_OF.keys() & set(words):
         words = [word for part in words for word in _unglued(part)]
@@ -143,8 +144,8 @@ def meaning(header: str, context: str = "") -> Meaning | None:
     if found is None and unit is not None and unit.si in KIND_OF_SI:
         found = KIND_OF_SI[unit.si], words
     if found is None and not words:
-        found = _kind(words_of(context))
-        found = found and (found[0], [])
+        kind_there = kind_named(context)
+        found = None if kind_there is None else (kind_there, [])
     if found is None:
         return None
     kind, label = found
@@ -179,6 +180,15 @@ def kind_of_words(text: str) -> str | None:
     """Return the kind that a text names: ``TYPE_ACCELEROMETER``, ``gyro``; None where none."""
     found = _kind([word for word in words_of(text) if word not in ("type", "android", "sensor")])
     return None if found is None else found[0]
+
+
+def kind_named(text: str) -> str | None:
+    """Return the one kind that a name tells by words, not letters; None for none, or for two."""
+    found = _kind([word for word in words_of(text) if len(word.rstrip("0123456789")) > 1])
+    if found is None:
+        return None
+    other = _kind(found[1])
+    return found[0] if other is None or other[0] == found[0] else None
 
 
 def time_words(header: str) -> tuple[str, Unit | None] | None:

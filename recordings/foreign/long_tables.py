@@ -20,7 +20,7 @@ from recordings.foreign.column_names import (
     GYROSCOPE,
     LINEAR,
     MAGNETOMETER,
-    kind_of_words,
+    kind_named,
     meaning,
 )
 from recordings.foreign.header_units import spelt_words, words_of
@@ -70,7 +70,7 @@ def _kinds(cells: pd.Series, header: str) -> dict[object, str]:
         return {}
     if is_number:
         return {name: ANDROID_TYPES[int(name)] for name in names if int(name) in ANDROID_TYPES}
-    found = {name: kind_of_words(str(name)) for name in names if len(str(name)) > 2}
+    found = {name: kind_named(str(name)) for name in names if len(str(name)) > 2}
     return {name: kind for name, kind in found.items() if kind is not None}
 
 

@@ -33,8 +33,10 @@ _COMMENT = re.compile(r"^\s*(?:#+|%+|//+|;+)\s*")
 _LEAST_NUMBERS = 0.5
 """Part of a line's cells that are numbers where it is a row of data."""
 _HEADER_ROWS = 3
-_MOST_ABOVE = 10
-"""Rows of numbers above the header: names of markers, numbers of sensors."""
+_MOST_ABOVE, _IN_A_ROW = 10, 5
+"""Lines of numbers above the header (of markers, of sensors), and how many rows follow each other
+where they are none.
+"""
 _AXES = spelt_words("x y z w rx ry rz tx ty tz")
 
 
@@ -94,7 +96,8 @@ def _first_row(data: Sequence[int], lines: Sequence[str]) -> int:
     told = [i for i, line in enumerate(lines) if line.strip()]
     place = {i: k for k, i in enumerate(told)}
     for k, i in enumerate(data[:_MOST_ABOVE]):
-        if k + 2 >= len(data) or place[data[k + 2]] == place[i] + 2:
+        n = min(_IN_A_ROW, len(data) - k) - 1
+        if place[data[k + n]] == place[i] + n:
             return i
     return data[0]
 
@@ -152,6 +155,8 @@ def _header(
         cells[0] = _COMMENT.sub("", cells[0])
         if not cells[0] and len(cells) == columns + 1:  # ``# time ax``
             cells = cells[1:]
+        if len(cells) == columns + 1 and cells[-1].casefold() == "comment":  # LabVIEW's, empty
+            cells = cells[:-1]
         if len(cells) == columns - 1 and trailing:
             cells.append("")
         if len(cells) != columns or any(is_number(cell) for cell in cells if cell):

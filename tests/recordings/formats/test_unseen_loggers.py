@@ -15,7 +15,7 @@ import pandas as pd
 import pytest
 
 from models.errors import InputError
-from recordings.foreign.column_names import meaning
+from recordings.foreign.column_names import kind_named, meaning
 from recordings.foreign.header_units import split_header
 from recordings.foreign.sniffing import is_number
 from recordings.formats.serial_lines import line_form
@@ -109,6 +109,26 @@ TEXTS: dict[str, Callable[[], str | bytes]] = {
     "aircraft.csv": lambda: rows(
         [T, *both(1.0, DEG)], "Time [s],ax,ay,az,Roll rate [deg/s],Pitch rate [deg/s],"
         "Yaw rate [deg/s]"),
+    "phidgets.csv": lambda: rows(
+        [millis(), *both(G, DEG)], "Timestamp(ms)," + ",".join(
+            f"{s}[{k}]({u})" for s, u in (("Acceleration", "g"), ("AngularRate", "°/s"))
+            for k in range(3))),
+    "iio.csv": lambda: rows(
+        [NS, *both()], "in_timestamp," + ",".join(
+            f"in_{s}_{a}_raw" for s in ("accel", "anglvel") for a in "xyz")),
+    "spanish.csv": lambda: rows(
+        [T, *both(1.0, DEG)], "Hora [s];" + ";".join(
+            f"{s} {a} ({u})" for s, u in (("Aceleración", "m/s²"), ("Velocidad angular", "°/s"))
+            for a in "XYZ"), sep=";"),
+    "node.csv": lambda: "\n".join([
+        "HostTimestamp,NodeName,RawData,ax,ay,az,gx,gy,gz",
+        *(f"{t},tile @ C0:85,0A1B2C,{line}" for t, line in
+          zip(millis(), rows(both()).splitlines(), strict=True))]),
+    "labview.txt": lambda: rows(
+        [T, *both()], "LabVIEW Measurement\t\nOperator\tme\n" + "".join(
+            f"{key}\t" + "\t".join([value] * 6) + "\n" for key, value in
+            (("Samples", "800"), ("Date", "2023/05/02"), ("Time", "10:11:12.1"), ("Unit", "g")))
+        + "time\tax\tay\taz\tgx\tgy\tgz\tComment", sep="\t"),
     "ts.csv": lambda: PLAIN.replace("millis", "ts"),
     "free.txt": lambda: "// Update Rate: 100.0Hz\n" + rows(
         [np.arange(len(T)), *(FORCE * 0.9 + 0.1).T, *both()],
@@ -189,6 +209,18 @@ def test_a_sensor_that_may_be_there_is_asked_for(tmp_path: Path) -> None:
     check(read(path, columns="gyro=p,q,r"))
     path.write_text(PLAIN)
     assert "was recognised" not in said(read(path))
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("accel_gyro", None), ("accel", "accelerometer"), ("0A1B2C", None), ("a/g", None),
+        ("Linear Acceleration (TYPE_LINEAR_ACCELERATION)", "linear acceleration"),
+        ("WT_G_accel", "accelerometer"), ("TYPE_GYROSCOPE", "gyroscope"),
+    ],
+)  # fmt: skip
+def test_a_name_of_two_kinds_or_of_letters_is_of_none(name: str, kind: str | None) -> None:
+    assert kind_named(name) == kind
 
 
 def test_of_an_unknown_unit_no_part_is_one() -> None:
