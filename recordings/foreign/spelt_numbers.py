@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
-import numpy as np
 import pandas as pd
 
 MINUS = "\N{MINUS SIGN}"
@@ -59,4 +58,4 @@ def _plain(texts: pd.Series, decimal: str) -> pd.Series:
     plain = plain.str.replace(_BETWEEN_THOUSANDS[decimal], "", regex=True)
     if decimal != ".":
         plain = plain.str.replace(decimal, ".", regex=False)
-    return plain.str.replace(r"(?<=[\d.])[dD](?=[+-]?\d+$)", "e", regex=True).replace("", np.nan)
+    return plain.str.replace(r"(?<=[\d.])[dD](?=[+-]?\d+$)", "e", regex=True)
