@@ -40,7 +40,7 @@ docs: $(STAMP)
 
 # Every reader of files, for FUZZ_S seconds each, guided by coverage: make fuzz FUZZ_S=600 FUZZ=csv
 FUZZ_S ?= 60
-FUZZ ?= pen turntable claims pen_text csv own_csv parquet foreign workbook archive bag dpoint array scan run results journal
+FUZZ ?= pen turntable claims pen_text csv own_csv parquet foreign checked merged json of_pen asked truth workbook archive bag dpoint array scan run results journal
 FUZZER := $(VENV)/.fuzzer
 $(FUZZER): $(STAMP)
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[fuzz]'

@@ -309,10 +309,8 @@ def test_a_format_is_read(house: Path) -> None:
     said = python(
         house, "-c", "from recordings.formats.table import format_names; print(format_names())"
     )
-    names = (
-        "a folder of tables, a D-POINT folder, .txt or .tsv, .csv, .parquet, .levels, .xlsx, .zip"
-    )
-    assert said.strip() == f"{names} or a ROS bag"
+    names = "a folder of tables, a D-POINT folder, .txt or .tsv, .json, .csv, .parquet, .levels"
+    assert said.strip() == f"{names}, .xlsx, .zip or a ROS bag"
 
 
 def test_a_suite_runs_with_all_of_them(house: Path) -> None:

@@ -8,7 +8,7 @@ tells sensors of one kind apart: ``left accel x``.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -39,11 +39,11 @@ KIND_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         GYROSCOPE: (
             "rotation rate", "gyro rotation", "angular velocity", "angular rate",
-            "angular speed", "ang vel", "angvel", "turn rate", "gyroscope", "gyro", "gyr", "gyros",
-            "drehrate", "drehraten",
+            "angular speed", "ang vel", "angvel", "anglvel", "turn rate", "gyroscope", "gyro",
+            "gyr", "gyros", "drehrate", "drehraten",
             "winkelgeschwindigkeit", "winkelgeschw", "gyroskop", "vitesse angulaire",
             "velocidad angular", "velocita angolare", "giroscopio", "omega",
-            "rate", "rot", "w", "g",
+            "rate", "rot", "w", "g", "gy",
         ),
         MAGNETOMETER: (
             "magnetometer", "magnetic field", "magnetic", "magnetfeld", "magnet", "mag",
@@ -52,9 +52,10 @@ KIND_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ACCELEROMETER: (
             "accelerometer acceleration", "total acceleration", "acceleration", "accelerometer",
             "accel", "acc", "accelero", "accelerations", "beschleunigung", "beschl",
-            "specific force", "aceleracion", "accelerazione", "accelerometre", "xl", "a",
+            "specific force", "aceleracion", "accelerazione", "accelerometre",
+            "gforce", "accl", "xl", "ac", "a",
         ),
-        POSITION: ("tip position", "position", "pos", "translation", "tip", "stylus", "p"),
+        POSITION: ("tip position", "position", "pos", "translation", "tip", "stylus", "p", "t"),
     }
 )  # fmt: skip
 """Kind → words for it; of several that fit a header, the first row counts, and longer words."""
@@ -74,7 +75,7 @@ _NOT_READINGS = spelt_words(
 _TIME_WORDS = spelt_words(
     "time times timestamp timestamps stamp zeit zeitstempel uhrzeit t elapsed uptime "
     "temps tiempo tempo datetime date utc epoch epoc ticks tick clock recordtime "
-    "sampletimefine"
+    "sampletimefine ts fecha hora heure"
 )
 _NO_TIME = spelt_words(
     "zone timezone step delta dt diff offset accuracy name count counter duration"
@@ -90,6 +91,9 @@ _SPELT_ALIKE: Mapping[str, Mapping[str, str]] = MappingProxyType(
     }
 )
 """Kind → a unit's name → the one that is meant of it: rates, and gauss for G."""
+_TURNS: Mapping[str, str] = MappingProxyType({"roll": "x", "pitch": "y", "yaw": "z"})
+"""Axis of a rate about it."""
+_INDEX = re.compile(r"[\[(]([0-3])[\])]\s*$")
 _GLUED = re.compile(r"^(.+?)([xyz])(\d*)$|^([xyz])([a-z]+)$")
 
 
@@ -119,12 +123,16 @@ def meaning(header: str, context: str = "") -> Meaning | None:
     context : name of its file, sheet or topic, for headers like ``x`` in ``Gyroscope.csv``
     """
     stem, unit = split_header(header)
-    if unit is None and (index := re.search(r"[\[(]([0-3])[\])]\s*$", header)):
-        stem = f"{split_header(header[: index.start()])[0]} {'xyzw'[int(index[1])]}"
-        unit = split_header(header[: index.start()])[1]
-    words = [word for part in words_of(stem) for word in _unglued(part)]
+    if index := _INDEX.search(header if unit is None else stem):
+        before, written = split_header(index.string[: index.start()])
+        stem, unit = f"{before} {'xyzw'[int(index[1])]}", unit or written
+    words = words_of(stem)
+    if not AXIS_OF.keys() & set(words):
+        words = [word for part in words for word in _unglued(part)]
     if _NOT_READINGS & set(words):
         return None
+    if "rate" in words or (unit is not None and unit.si == "rad_s"):
+        words = [_TURNS.get(word, word) for word in words]
     axes = [word for word in words if word in QUATERNION]
     words = [word for word in words if word not in _FILLERS]
     if len(axes) != 1:
@@ -136,8 +144,8 @@ def meaning(header: str, context: str = "") -> Meaning | None:
     if found is None and unit is not None and unit.si in KIND_OF_SI:
         found = KIND_OF_SI[unit.si], words
     if found is None and not words:
-        found = _kind(words_of(context))
-        found = found and (found[0], [])
+        kind_there = kind_named(context)
+        found = None if kind_there is None else (kind_there, [])
     if found is None:
         return None
     kind, label = found
@@ -147,6 +155,19 @@ def meaning(header: str, context: str = "") -> Meaning | None:
     if kind == ATTITUDE or axis in AXIS_OF:
         return Meaning(kind, " ".join(label), axis, unit)
     return None
+
+
+def numbered_axes(headers: Sequence[str]) -> dict[str, str]:
+    """Return header → the same with a letter, of columns numbered 1 to 3: ``Acceleration_1``."""
+    found: dict[str, str] = {}
+    for header in headers:
+        if header.endswith("1") and meaning(header) is None:
+            three = {
+                f"{header[:-1]}{k}": f"{header[:-1]}_{axis}" for k, axis in enumerate("xyz", 1)
+            }
+            if set(three) <= set(headers) and f"{header[:-1]}4" not in headers:
+                found |= three
+    return found
 
 
 def unit_of_kind(kind: str, unit: Unit | None) -> Unit | None:
@@ -159,6 +180,15 @@ def kind_of_words(text: str) -> str | None:
     """Return the kind that a text names: ``TYPE_ACCELEROMETER``, ``gyro``; None where none."""
     found = _kind([word for word in words_of(text) if word not in ("type", "android", "sensor")])
     return None if found is None else found[0]
+
+
+def kind_named(text: str) -> str | None:
+    """Return the one kind that a name tells by words, not letters; None for none, or for two."""
+    found = _kind([word for word in words_of(text) if len(word.rstrip("0123456789")) > 1])
+    if found is None:
+        return None
+    other = _kind(found[1])
+    return found[0] if other is None or other[0] == found[0] else None
 
 
 def time_words(header: str) -> tuple[str, Unit | None] | None:
@@ -178,7 +208,8 @@ def time_words(header: str) -> tuple[str, Unit | None] | None:
 
 def _unglued(word: str) -> list[str]:
     """Split ``ax`` and ``accx1`` into word, axis and number where the rest is a kind's word."""
-    if word in QUATERNION or word in _ALL_WORDS:
+    glued = len(word) == 2 and word[0] in _ALL_WORDS and word[1] in AXIS_OF  # ``gy``
+    if word in QUATERNION or (word in _ALL_WORDS and not glued):
         return [word]
     if re.fullmatch("q[wxyz]", word):
         return ["q", word[1]]

@@ -14,6 +14,7 @@ from recordings.foreign.column_names import (
     POSITION,
     kind_of_words,
     meaning,
+    numbered_axes,
     unit_of_kind,
 )
 from recordings.foreign.group import MINUS, POSE, POSE_AXES, TIP, Group
@@ -72,8 +73,10 @@ def groups_of(
             groups.append(_own(config.kind, table, headers, names, known, sensor))
             taken |= set(headers.values())
     found: dict[tuple[str, str], tuple[dict[str, str], list[Unit | None]]] = {}
+    numbered = numbered_axes(list(map(str, table.frame.columns)))
     for header in map(str, table.frame.columns):
-        told = None if header in taken or header in canonical else meaning(header, table.name)
+        is_open = header not in taken and header not in canonical
+        told = meaning(numbered.get(header, header), table.name) if is_open else None
         if told is not None:
             axes, written = found.setdefault((told.kind, told.label), ({}, []))
             axes.setdefault(told.axis, header)

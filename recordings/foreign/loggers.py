@@ -38,6 +38,7 @@ class Logger:
     force_sign : -1 where an accelerometer at rest reads downward
     normalised : kinds of which the Earth's own is 1
     source : where that is written
+    about : what stands in the file beside its tables, see `SourceTable`
     """
 
     name: str
@@ -46,6 +47,7 @@ class Logger:
     force_sign: float = 1.0
     source: str = ""
     normalised: tuple[str, ...] = ()
+    about: str = ""
 
 
 LOGGERS: tuple[Logger, ...] = (
@@ -56,6 +58,16 @@ LOGGERS: tuple[Logger, ...] = (
     Logger(
         "Apple's CoreMotion", r"userAcceleration\W?x|rotationRate\W?x", _APPLE, -1.0,
         "developer.apple.com/documentation/coremotion: total = gravity + userAcceleration, g",
+    ),
+    Logger(
+        "Sensor Logger on an Apple Watch", r"seconds_elapsed.*gravityX.*accelerationX",
+        _APPLE, -1.0,
+        "awesome-sensor-logger/CROSSPLATFORM.md: signs as CoreMotion's; its g of motion",
+    ),
+    Logger(
+        "Sensor Logger on an iPhone", r"seconds_elapsed", _SI, -1.0,
+        "awesome-sensor-logger/CROSSPLATFORM.md: but for standardised files",
+        r"platform=ios(?!.*standardisation=true)",
     ),
     Logger(
         "Sensor Logger", r"seconds_elapsed", _SI, 1.0,
@@ -82,4 +94,8 @@ LOGGERS: tuple[Logger, ...] = (
 def logger_of(tables: Sequence[SourceTable]) -> Logger | None:
     """Return the logger that wrote tables; None where no row of `LOGGERS` knows their headers."""
     headers = "|".join(str(header) for table in tables for header in table.frame.columns)
-    return next((row for row in LOGGERS if re.search(row.headers, headers)), None)
+    about = tables[0].about if tables else ""
+    return next(
+        (row for row in LOGGERS if re.search(row.headers, headers) and re.search(row.about, about)),
+        None,
+    )

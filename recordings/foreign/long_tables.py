@@ -20,7 +20,7 @@ from recordings.foreign.column_names import (
     GYROSCOPE,
     LINEAR,
     MAGNETOMETER,
-    kind_of_words,
+    kind_named,
     meaning,
 )
 from recordings.foreign.header_units import spelt_words, words_of
@@ -70,7 +70,7 @@ def _kinds(cells: pd.Series, header: str) -> dict[object, str]:
         return {}
     if is_number:
         return {name: ANDROID_TYPES[int(name)] for name in names if int(name) in ANDROID_TYPES}
-    found = {name: kind_of_words(str(name)) for name in names if len(str(name)) > 2}
+    found = {name: kind_named(str(name)) for name in names if len(str(name)) > 2}
     return {name: kind for name, kind in found.items() if kind is not None}
 
 
@@ -101,11 +101,17 @@ def _with_times(table: SourceTable, sensor: str) -> SourceTable:
         for name in table.frame.columns
         if name != sensor and pd.api.types.is_numeric_dtype(table.frame[name])
     ]
-    return replace(table, frame=table.frame.rename(columns=dict.fromkeys(numbers[:1], "time")))
+    return replace(table, frame=_renamed(table.frame, dict.fromkeys(numbers[:1], "time")))
 
 
 def _part(
     frame: pd.DataFrame, sensor: str, name: object, values: list[str], kind: str
 ) -> pd.DataFrame:
     part = frame[frame[sensor] == name].drop(columns=sensor).reset_index(drop=True)
-    return part.rename(columns=dict(zip(values, (f"{kind} {axis}" for axis in "xyz"), strict=True)))
+    return _renamed(part, dict(zip(values, (f"{kind} {axis}" for axis in "xyz"), strict=True)))
+
+
+def _renamed(frame: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:
+    """Return a table with columns renamed; others of the new names are left out."""
+    others = [name for name in names.values() if name in frame and name not in names]
+    return frame.drop(columns=others).rename(columns=names)

@@ -67,9 +67,12 @@ def _candidates(groups: Sequence[Group], kind: str) -> list[Group]:
     found = [g for g in groups if g.kind in wanted and _has_reading(g)]
     if kind == ACCELEROMETER:
         found += _sums([g for g in found if not _feels(g)], groups)
+        by_name = [g.kind == LINEAR and g.added is None for g in found]
         found = [replace(g, kind=ACCELEROMETER) if _feels(g) else replace(g, kind=LINEAR)
                  for g in found]  # fmt: skip
-    ranks = [_rank(group) for group in found]
+    else:
+        by_name = [False] * len(found)
+    ranks = [(_rank(group), linear) for group, linear in zip(found, by_name, strict=True)]
     return [group for group, rank in zip(found, ranks, strict=True) if rank == min(ranks)]
 
 

@@ -6,6 +6,9 @@ Every table becomes one with the columns of `recordings.formats.columns`, and is
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
+
+import pandas as pd
 
 from models.errors import InputError
 from models.pen_config import PenConfig
@@ -85,7 +88,8 @@ def recording_of_tables(
         for clock in clocks
     ]
     _say_sensors(clocks, scales, chosen, told)
-    _say_unused(tables, clocks, passed, told)
+    left = _say_unused(tables, clocks, passed, told)
+    _say_missing(left, chosen, pen, told)
     if asked.strict and told.repairs:
         raise InputError(
             f"recording {name}: {told.repairs[0]}, expected a file that needs no repair (--strict)"
@@ -181,7 +185,9 @@ def _say_unused(
     clocks: Sequence[Clock],
     passed: Sequence[Mapping[str, Column]],
     told: Remarks,
-) -> None:
+) -> list[str]:
+    """Say which columns are not read; return those of numbers beside some that are."""
+    of_numbers: list[str] = []
     for table, own in zip(tables, passed, strict=True):
         here = [clock for clock in clocks if clock.table is table]
         used = {header for clock in here for g in clock.groups.values() for header in g.used()}
@@ -191,6 +197,19 @@ def _say_unused(
             told.notes.append(f"{table.name}: nothing of it is needed, ignored")
         elif left:
             told.notes.append(f"{table.name}: not needed, ignored: {_some(left)}")
+            of_numbers += [h for h in left if pd.api.types.is_numeric_dtype(table.frame[h])]
+    return of_numbers
+
+
+def _say_missing(left: Sequence[str], chosen: Matched, pen: PenConfig, told: Remarks) -> None:
+    """Say where an accelerometer or a gyroscope of the pen may be among columns left out."""
+    for is_one in (attrgetter("feels_gravity"), attrgetter("reads_rate")):
+        names = [name for name, sensor in pen.sensors.items() if is_one(sensor)]
+        if names and len(left) >= len("xyz") and not set(names) & set(chosen.sensors):
+            told.notes.append(
+                f"no {pen.sensors[names[0]].kind} was recognised: if three of {_some(left)} are "
+                f"one, --columns {names[0]}=…,…,… takes them"
+            )
 
 
 def _some(names: Sequence[str]) -> str:

@@ -11,20 +11,33 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from recordings.foreign.header_units import spelt_words, unit_of
+from recordings.foreign.spelt_numbers import COMMA, POINT
 
 DELIMITERS = ("\t", ";", "|", ",", " ")
 """What may separate cells; a blank is any number of blanks and tabs."""
-MISSING = spelt_words("nan na n/a null none - -- nil #n/a nat #na missing ?") | {""}
+MISSING = spelt_words(
+    "nan na n/a n.a. n.d. null none - -- --- nil #n/a nat #na missing undefined ?"
+) | {""}
 """Cells that say that there is no reading, in small letters."""
-_POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE)
-_COMMA = re.compile(r"[+-]?(?:\d+,\d*|,\d+)(?:e[+-]?\d+)?", re.IGNORECASE)
-_STAMP = re.compile(r"\d{1,4}[-/.:]\d{1,2}[-/.:]\d{1,4}(?:[T ].*)?[\d.,:Zz+-]*|\d{1,2}:\d{2}.*")
+_STAMP = re.compile(
+    r"(?:\d{1,4}[-/.:]\d{1,2}[-/.:]\d{1,4}(?:[T ][\w.:/ +-]*)?|\d{1,2}:\d{2}[\w.:/ +-]*)"
+    r"(?:,\d{1,9})?[\d:Zz+-]*(?: ?[AaPp][Mm])?"
+)
+_LONGEST_NUMBER = 100
+_RULE = re.compile(r"[-=_+|:*~ ]*")
+"""A cell of a line that is drawn between header and rows."""
 _COMMENT = re.compile(r"^\s*(?:#+|%+|//+|;+)\s*")
 _LEAST_NUMBERS = 0.5
 """Part of a line's cells that are numbers where it is a row of data."""
 _HEADER_ROWS = 3
+_MOST_ABOVE, _IN_A_ROW = 10, 5
+"""Lines of numbers above the header (of markers, of sensors), and how many rows follow each other
+where they are none.
+"""
+_AXES = spelt_words("x y z w rx ry rz tx ty tz")
 
 
 @dataclass(frozen=True)
@@ -62,15 +75,31 @@ def sniffed(lines: Sequence[str]) -> Dialect | None:
     rows = [split_cells(line, delimiter) for line in lines]
     data = [i for i, cells in enumerate(rows) if _is_data(cells)]
     columns = Counter(len(rows[i]) for i in data).most_common(1)[0][0]
-    first = next(i for i in data if len(rows[i]) == columns)
+    first = _first_row([i for i in data if len(rows[i]) == columns], lines)
     cells = [cell for i in data for cell in rows[i]]
-    commas = sum(_COMMA.fullmatch(cell) is not None for cell in cells)
-    points = sum(_POINT.fullmatch(cell) is not None and "." in cell for cell in cells)
+    commas = sum(COMMA.fullmatch(cell) is not None for cell in cells)
+    points = sum(POINT.fullmatch(cell) is not None and "." in cell for cell in cells)
     trailing = all(not rows[i][-1] for i in data if len(rows[i]) == columns)
     names, start = _header(rows, first, columns, trailing=trailing)
     return Dialect(
         delimiter, "," if commas > points else ".", names, first, columns, "\n".join(lines[:start])
     )
+
+
+def _first_row(data: Sequence[int], lines: Sequence[str]) -> int:
+    """Return the first row of data: one that others follow, and no number above a header.
+
+    Parameters
+    ----------
+    data : lines that are rows, in order
+    """
+    told = [i for i, line in enumerate(lines) if line.strip()]
+    place = {i: k for k, i in enumerate(told)}
+    for k, i in enumerate(data[:_MOST_ABOVE]):
+        n = min(_IN_A_ROW, len(data) - k) - 1
+        if place[data[k + n]] == place[i] + n:
+            return i
+    return data[0]
 
 
 def split_cells(line: str, delimiter: str) -> list[str]:
@@ -87,7 +116,9 @@ def split_cells(line: str, delimiter: str) -> list[str]:
 
 def is_number(cell: str) -> bool:
     """Whether a cell is a number, with a point or a comma, or a stamp of time."""
-    return any(form.fullmatch(cell) for form in (_POINT, _COMMA, _STAMP))
+    if len(cell) > _LONGEST_NUMBER:
+        return False
+    return any(form.fullmatch(cell) for form in (POINT, COMMA, _STAMP))
 
 
 def _is_data(cells: Sequence[str]) -> bool:
@@ -116,7 +147,7 @@ def _header(
     i = first
     while i and len(above) < _HEADER_ROWS:
         cells = list(rows[i - 1])
-        if not any(cells):
+        if all(_RULE.fullmatch(cell) for cell in cells):
             i -= 1
             if above:
                 break
@@ -124,6 +155,8 @@ def _header(
         cells[0] = _COMMENT.sub("", cells[0])
         if not cells[0] and len(cells) == columns + 1:  # ``# time ax``
             cells = cells[1:]
+        if len(cells) == columns + 1 and cells[-1].casefold() == "comment":  # LabVIEW's, empty
+            cells = cells[:-1]
         if len(cells) == columns - 1 and trailing:
             cells.append("")
         if len(cells) != columns or any(is_number(cell) for cell in cells if cell):
@@ -137,6 +170,10 @@ def _header(
     if not above:
         return None, first
     names = [""] * columns
+    for upper, lower in pairwise(above):
+        for k in range(1, columns):
+            if not upper[k] and lower[k].casefold() in _AXES:  # of a cell that spans several
+                upper[k] = upper[k - 1]
     for cells in above:
         names = [_joined(name, cell) for name, cell in zip(names, cells, strict=True)]
     return tuple(names), i
@@ -148,16 +185,16 @@ def sniffed_header(rows: Sequence[Sequence[str]], first: int) -> tuple[str, ...]
 
 
 def _explains(cells: Sequence[str]) -> bool:
-    """Whether a line stands below a header to explain it: units, axes."""
-    told = [cell.strip("[]() ") for cell in cells if cell.strip("[]() -")]
-    return bool(told) and all(
-        unit_of(cell) is not None or cell.casefold() in ("x", "y", "z") for cell in told
-    )
+    """Whether a line stands below a header to explain it: units, axes; most of them known."""
+    told = [cell.strip("[] ") for cell in cells if cell.strip("[]() -")]
+    known = sum(unit_of(cell.strip("()")) is not None or cell.casefold() in _AXES for cell in told)
+    return known > 0.5 * len(told)
 
 
 def _joined(name: str, cell: str) -> str:
     cell = cell.strip()
     if not name or not cell:
         return name or cell
-    axis = cell.casefold() in ("x", "y", "z")
-    return f"{name} {cell}" if axis else f"{name} [{cell.strip('[]()')}]"
+    if cell.casefold() in _AXES:
+        return f"{name} {cell}"
+    return f"{name} [{cell.strip('[]').removeprefix('(').removesuffix(')')}]"

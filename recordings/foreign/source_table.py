@@ -18,6 +18,7 @@ class SourceTable:
     preamble : the lines before its header
     said : sentences on how it was read, where that was not plain
     repairs : sentences on what was left out of it: lines that are no rows
+    about : what a file beside it says of the recording: ``platform=ios``
     has_header : whether its columns' names come from the file, or from who asked
     """
 
@@ -27,3 +28,4 @@ class SourceTable:
     said: tuple[str, ...] = ()
     repairs: tuple[str, ...] = ()
     has_header: bool = True
+    about: str = ""

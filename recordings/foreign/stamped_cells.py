@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -11,6 +12,9 @@ from numpy.typing import NDArray
 from recordings.formats.columns import loose_numbers
 
 Stamped = NDArray[np.float64] | NDArray[np.int64]
+_SPAN = r"\d{1,2}:\d{2}(:\d{2}(\.\d*)?)?|[+-]?\d+(\.\d*)?\s*(s|sec|seconds|ms|us|ns)"
+"""A time of a day, or one with its unit."""
+_MILLIS_BY_COLON = re.compile(r"(?<=\d:\d{2}:\d{2}):(?=\d{3,9}\D*$)")
 
 
 def stamped_cells(cells: pd.Series) -> tuple[Stamped | None, bool]:
@@ -28,7 +32,10 @@ def stamped_cells(cells: pd.Series) -> tuple[Stamped | None, bool]:
     first = texts.dropna().head(20)
     if not len(first):
         return None, False
-    if first.str.fullmatch(r"\d{1,2}:\d{2}(:\d{2}(\.\d*)?)?").all():
+    if first.str.contains(_MILLIS_BY_COLON).all():
+        texts = texts.str.replace(_MILLIS_BY_COLON, ".", regex=True)
+        first = texts.dropna().head(20)
+    if first.str.fullmatch(_SPAN).all():
         spans = pd.to_timedelta(texts, errors="coerce")
         return np.where(spans.isna(), np.nan, spans.dt.total_seconds() * 1e9), True
     day_first = bool(first.str.match(r"\d{1,2}\.\d{1,2}\.\d{4}").all())

@@ -27,8 +27,9 @@ EPOCHS_S: Mapping[str, float] = MappingProxyType(
 CENTURY_S = (946_684_800.0, 4_102_444_800.0)
 """2000 to 2100, from 1970."""
 _RATE = re.compile(
-    r"(?:update|sampl\w*|output|data|frame)[ _]*(?:rate|freq\w*)\D{0,20}?(\d+(?:[.,]\d+)?)",
-    re.IGNORECASE,
+    r"(?:(?:update|sampl\w*|output|data|frame)[ _]*(?:rate|freq\w*)\D{0,20}?"
+    r"|^(?:Trajectories|Segments|Joints|Model Outputs)\s*$\s*)(\d+(?:[.,]\d+)?)",
+    re.IGNORECASE | re.MULTILINE,
 )
 
 
@@ -62,7 +63,10 @@ def check_time_unit(header: str, unit: Unit, time_s: Array, where: str) -> None:
 
 
 def preamble_rate_hz(preamble: str) -> float | None:
-    """Return the rate that the lines above a header give, as Xsens' ``// Update Rate: 100.0Hz``."""
+    """Return the rate that the lines above a header give, as Xsens' ``// Update Rate: 100.0Hz``.
+
+    Vicon's Nexus has it alone below the name of what it exports.
+    """
     found = _RATE.search(preamble)
     return None if found is None else float(found[1].replace(",", ".")) or None
 

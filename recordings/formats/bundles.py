@@ -5,22 +5,28 @@ phyphox and Sensor Logger write a file a sensor, at its own rate, with stamps of
 
 from __future__ import annotations
 
+import csv
 import shutil
 import tempfile
 import zipfile
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import Protocol
 
 from models.errors import InputError
 from models.limits import check_most
 from models.regular_files import open_regular
+from models.shown_text import one_line
 from recordings.foreign.source_table import SourceTable
 from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE
+from recordings.formats.json_tables import JSON_SUFFIXES
 from recordings.formats.text_tables import TEXT_SUFFIXES
 
 ZIP_SUFFIXES = (".zip",)
 EXPECTED = "tables of one recording"
+METADATA, _LARGEST_ABOUT = "Metadata.csv", 100_000
+_SUFFIXES = (*TEXT_SUFFIXES, *JSON_SUFFIXES, ".parquet")
 
 
 class Parse(Protocol):
@@ -44,6 +50,7 @@ def read_folder(
     """
     files = sorted(one for one in path.rglob("*") if one.is_file() and one.name[0] != ".")
     check_most("members", len(files), where)
+    about = _about(files)
     found: list[SourceTable] = []
     refused: list[str] = []
     for file in files:
@@ -58,7 +65,17 @@ def read_folder(
             f"{where} is a folder without D-POINT's files, and no file of it is a table{reason}, "
             f"expected {STYLUS_FILE} and {CAMERA_FILE}, or {EXPECTED}"
         )
-    return found
+    return [replace(table, about=about) for table in found]
+
+
+def _about(files: Sequence[Path]) -> str:
+    """Return what Sensor Logger's file says of all others: ``platform=ios, version=3, …``."""
+    for file in files:
+        if file.name == METADATA and file.stat().st_size < _LARGEST_ABOUT:
+            rows = list(csv.reader(file.read_text("utf-8", "replace").splitlines()))
+            if len(rows) > 1:
+                return one_line(", ".join(sorted(map("=".join, zip(*rows[:2], strict=False)))))
+    return ""
 
 
 def read_zip(
@@ -94,7 +111,7 @@ def _unpack(archive: zipfile.ZipFile, folder: Path, where: str) -> None:
     check_most("unpacked_bytes", sum(one.file_size for one in members), where)
     for member in members:
         name = PurePosixPath(member.filename)
-        if name.suffix.casefold() not in (*TEXT_SUFFIXES, ".parquet") or "__MACOSX" in name.parts:
+        if name.suffix.casefold() not in _SUFFIXES or "__MACOSX" in name.parts:
             continue
         target = folder / "/".join(part for part in name.parts if part not in ("..", "/"))
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -44,12 +44,12 @@ def read_excel(path: Path, where: str, *, header: Sequence[str] | None = None) -
         raise InputError(
             f"{where}: reading it needs python-calamine, expected pip install 'pen-mhe[excel]'"
         ) from None
-    with open_regular(path, where, EXPECTED, "table_bytes") as file:
-        if zipfile.is_zipfile(file):
-            with zipfile.ZipFile(file) as parts:
-                unpacked = sum(part.file_size for part in parts.infolist())
-                check_most("unpacked_bytes", unpacked, where)
     try:
+        with open_regular(path, where, EXPECTED, "table_bytes") as file:
+            if zipfile.is_zipfile(file):
+                with zipfile.ZipFile(file) as parts:
+                    unpacked = sum(part.file_size for part in parts.infolist())
+                    check_most("unpacked_bytes", unpacked, where)
         with CalamineWorkbook.from_path(str(path)) as book:
             sheets = []
             check_most("members", len(book.sheet_names), where)

@@ -15,6 +15,7 @@ from recordings.foreign.source_table import SourceTable
 from recordings.formats.bundles import ZIP_SUFFIXES, read_folder, read_zip
 from recordings.formats.dpoint import is_dpoint_folder, load_dpoint
 from recordings.formats.excel import EXCEL_SUFFIXES, read_excel
+from recordings.formats.json_tables import JSON_SUFFIXES, read_json_table
 from recordings.formats.own_tables import has_own_columns, read_parquet_table
 from recordings.formats.ros_bags import is_bag, read_ros_bag
 from recordings.formats.table_stream import TableStream, table_stream
@@ -116,6 +117,7 @@ FORMATS: tuple[RecordingFormat, ...] = (
     RecordingFormat("a folder of tables", Path.is_dir, _read_folder),
     RecordingFormat("a D-POINT folder", is_dpoint_folder, read=_load_dpoint, pen="dpoint"),
     RecordingFormat(".txt or .tsv", _ends_in(*TEXT_SUFFIXES), read_text_table),
+    RecordingFormat(".json", _ends_in(*JSON_SUFFIXES), read_json_table),
     RecordingFormat(
         ".csv", lambda path: path.suffix == ".csv", read_text_table, _load_table, table_stream
     ),

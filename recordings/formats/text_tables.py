@@ -22,10 +22,12 @@ from models.limits import check_most
 from models.shown_text import value_text
 from recordings.foreign.sniffing import MISSING, Dialect, sniffed, split_cells
 from recordings.foreign.source_table import SourceTable
+from recordings.foreign.spelt_numbers import respelt
 from recordings.foreign.told import counted
 from recordings.formats.cell_limits import check_cells
 from recordings.formats.columns import loose_numbers
-from recordings.formats.keyed_lines import bare, keys_of, without_keys
+from recordings.formats.json_tables import is_json, read_json_table
+from recordings.formats.serial_lines import line_form, rewritten
 from recordings.formats.unpacked import open_text
 
 TEXT_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".tab", ".mtb")
@@ -61,11 +63,13 @@ def read_text_table(
             raise InputError(f"{where} is empty (zero bytes), expected a header and samples")
         file.seek(start)
         lines = list(islice(_lines(file.read(SAMPLE_BYTES)), SAMPLE_LINES))
-        if keys := keys_of(lines):
+        if sum(map(is_json, lines)) > 0.5 * len(lines):
+            return read_json_table(path, where, header=header)
+        if form := line_form(lines):
             file.seek(start)
-            file, start = opened.enter_context(without_keys(file)), 0
-            lines = [bare(line) for line in lines]
-            header = header or keys
+            file, start = opened.enter_context(rewritten(file, form)), 0
+            lines = [form.row(line) for line in lines]
+            header = header or form.names
         dialect = sniffed(lines)
         if dialect is None:
             raise InputError(
@@ -79,7 +83,7 @@ def read_text_table(
         check_cells(file, dialect.columns, where, delimiters=delimiters, start=start)
         file.seek(start)
         frame, longer = _frame(file, dialect, names, where)
-    frame, short = _without_chatter(frame)
+    frame, short = _without_chatter(respelt(frame, dialect.decimal))
     unnamed = [n for n in frame.columns if n.startswith("column ") and frame[n].isna().all()]
     frame = frame.drop(columns=[] if header else unnamed)
     said, repairs = _said(dialect, encoding), []

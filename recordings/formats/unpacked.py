@@ -13,11 +13,14 @@ from typing import BinaryIO, cast
 from models.errors import InputError
 from models.limits import check_most
 from models.regular_files import open_regular
+from recordings.foreign.header_units import ELSEWHERE
 
 GZIP, UTF8_MARK = b"\x1f\x8b", codecs.BOM_UTF8
 MARKS = ((codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
 LATIN = "cp1252"
 """What a text is that is no UTF-8: a superset of Latin-1 where that has no letters."""
+OF_EAST_ASIA = ("gb18030", "cp932", "cp949")
+"""What else it may be: where its beginning then holds a word of `ELSEWHERE`."""
 IN_MEMORY = 1 << 24
 PIECE = 1 << 20
 
@@ -67,8 +70,13 @@ def encoding_of(file: BinaryIO) -> str:
             decoder.decode(start)
             start = file.read(PIECE)
     except UnicodeDecodeError:
-        return LATIN
+        return next((one for one in OF_EAST_ASIA if _has_words(sample, one)), LATIN)
     return "utf-8"
+
+
+def _has_words(sample: bytes, encoding: str) -> bool:
+    text = sample.decode(encoding, "replace")
+    return any(word in text for word in ELSEWHERE)
 
 
 def _gunzipped(file: BinaryIO, where: str) -> BinaryIO:

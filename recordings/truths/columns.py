@@ -91,7 +91,7 @@ def truth_column(header: str, context: str) -> TruthColumn | None:
         return TruthColumn(PLACE, told.label, "xyz".index(told.axis), factor)
     axes = [word for word in words if word in ("x", "y", "z")]
     rest = [word for word in words if word not in _PLACE_WORDS and word not in axes]
-    if len(axes) == 1 and all(word.isdigit() for word in rest):
+    if len(axes) == 1 and (":" in stem or all(word.isdigit() for word in rest)):  # Vicon's pen:top
         return TruthColumn(PLACE, " ".join(rest), "xyz".index(axes[0]), factor)
     return None
 
@@ -106,7 +106,7 @@ def complete_groups(
     needed = {PLACE: {0, 1}, TURN: {0, 1, 2, 3}, ANGLE: set[int](), DOWN: set[int]()}
     found: dict[str, list[dict[int, str]]] = {}
     labels = dict.fromkeys((one.kind, one.label) for one in columns.values())
-    for kind, label in labels:
+    for kind, label in sorted(labels, key=lambda one: bool(one[1])):
         group: dict[int, str] = {}
         for header, one in columns.items():
             if (one.kind, one.label) == (kind, label):
@@ -119,10 +119,10 @@ def complete_groups(
 def as_motive(headers: Sequence[str]) -> dict[str, TruthColumn]:
     """Return the columns of one rigid body as OptiTrack's Motive exports it; nothing for others.
 
-    Below rows with names and "Rotation", "Position" its header is ``Frame, Time (Seconds), X, Y,
-    Z, W, X, Y, Z``, a repeated name being told apart by the reader.
+    Below rows with names and "Rotation", "Position", which may be part of ours, its header is
+    ``Frame, Time (Seconds), X, Y, Z, W, X, Y, Z``, a repeated name being told apart by the reader.
     """
-    stems = [re.sub(r"\s\(\d+\)$", "", header) for header in headers]
+    stems = [re.sub(r"^(Rotation|Position) |\s\(\d+\)$", "", header) for header in headers]
     start = next((i for i in range(len(stems)) if stems[i : i + 7] == list("XYZWXYZ")), None)
     if start is None:
         return {}

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import random
 import resource
 import sys
 from pathlib import Path
@@ -17,13 +18,17 @@ import atheris
 with atheris.instrument_imports(
     include=["models", "recordings", "benchmark", "pen_mhe", "tomllib", "json"]
 ):
-    from tests.fuzz.seeds import TOKENS, seeds
+    from tests.fuzz.mutators import mutated
+    from tests.fuzz.seeds import seeds
     from tests.fuzz.targets import TARGETS, check, folder
+    from tests.fuzz.words import TOKENS
 
 MOST_GROWTH_MB = 500
 """Memory that reading may take, beyond what the process has before."""
 
 
+OWN_CHANGES = 0.25
+"""Part of the changes that are libFuzzer's."""
 SHORTEST, FURTHER = 8192, 2
 """The longest input is that many bytes, or so many times the longest seed."""
 
@@ -60,8 +65,20 @@ def main() -> None:
         f"-artifact_prefix={asked.folder}/{asked.target}-",
         str(corpus),
     ]
-    atheris.Setup([sys.argv[0], *options], lambda data: check(asked.target, bytes(data)))
+    atheris.Setup(
+        [sys.argv[0], *options],
+        lambda data: check(asked.target, bytes(data)),
+        custom_mutator=_mutated,
+    )
     atheris.Fuzz()
+
+
+def _mutated(data: bytes, longest: int, seed: int) -> bytes:
+    """Return a change that knows what it changes, or one of libFuzzer's own."""
+    draw = random.Random(seed)
+    if draw.random() < OWN_CHANGES:
+        return bytes(atheris.Mutate(data, longest))
+    return mutated(data, draw)[:longest]
 
 
 def _spelt(token: bytes) -> str:

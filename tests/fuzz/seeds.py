@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import io
 import json
 import tempfile
@@ -26,19 +25,11 @@ from models.pen_file import load_pen
 from recordings.formats.columns import TRUTH_PREFIX
 from recordings.formats.tables import recording_to_table
 from recordings.simulate_pen import simulate
+from tests.fuzz.foreign_seeds import NINE_AXES, SPLIT, foreign, json_lines, merged, truths
 
 ROOT = Path(__file__).resolve().parents[2]
 CORPUS = Path(__file__).resolve().parent / "corpus"
 """Folder of what fuzzing has found: a folder a target, a file a finding."""
-SPLIT = b"\n---8<---\n"
-"""Between two files of one input."""
-
-TOKENS = (
-    b"9" * 400, b"0x" + b"f" * 4000, b"-", b"1e999", b"nan", b"-inf", b"NaN", b"[" * 60,
-    b"{" * 60, b"a." * 40, b'"', b"\n", b"\r", b",", b"\x00", b"\xff", b"\xef\xbb\xbf", b"\x1b[31m",
-    b"=", b"true", b"1979-05-27", b"'", b"\\", b"null", b"imu-accel", b"a b",
-)  # fmt: skip
-"""What files go wrong by, put in anywhere."""
 
 TASK, IDENTITY = Task("pen", "b", "accel", "ekf", 1), "code"
 _TIME_S = np.array([0.0, 0.5, 1.0])
@@ -55,26 +46,6 @@ OUTCOME = Outcome(
 )
 OUTCOMES = {TASK: OUTCOME, Task("pen", "a", "accel", "ekf", 0): failed("KeyError: 'what'")}
 _LINES: LineFormat[Task, Outcome] = OUTCOME_LINES
-
-
-@cache
-def _foreign() -> tuple[bytes, ...]:
-    """Short recordings as other people's loggers write them."""
-    lines = [f"{10 * k};{k / 9:.3f};0,1;0,99;{k};-2,5;0" for k in range(6)]
-    german = "\n".join(["Zeit [ms];ax [g];ay [g];az [g];gx [°/s];gy [°/s];gz [°/s]", *lines])
-    plain = "\n".join(f"{10 * k},{k},20,980,{k},2,3" for k in range(6))
-    long = "\n".join(f"{'ACC' if k % 2 else 'GYR'},{10**7 * k},0.1,{k},9.8" for k in range(8))
-    dates = "\n".join(f"2024-05-01T12:00:00.{k}Z 0 {k} 9.8 1 2 3" for k in range(6))
-    keys = "\n".join(f"t:{10 * k},ax:0.1,ay:0.{k},az:9.8" for k in range(6))
-    return (
-        german.encode("utf-16"),
-        german.encode("latin-1"),
-        f"// Update Rate: 100.0Hz\nmillis,ax,ay,az,gx,gy,gz\n{plain}\n".encode(),
-        f"sensor,time,x,y,z\n{long}".encode(),
-        f"time ax ay az wx wy wz\n{dates}".encode(),
-        keys.encode(),
-        gzip.compress(plain.encode()),
-    )
 
 
 @cache
@@ -187,15 +158,22 @@ def seeds(target: str) -> tuple[bytes, ...]:
     paths = (ROOT / "models/turntables").glob("[pt]*.toml")
     turntables = tuple(path.read_bytes() for path in sorted(paths))
     claims = (ROOT / "suites/pen/claims.toml").read_bytes()[:3000].rpartition(b"[[claim]]")[0]
+    more = (toml[-1] + NINE_AXES,)
     good = {
-        "pen": toml,
+        "pen": (*toml, *more),
+        "of_pen": (NINE_AXES.partition(b"[recording]")[2],),
+        "asked": (b"accel=ax,-ay,az;time=millis", b"a,b,c", b"time=100Hz", b"=gyro=g/16384"),
+        "truth": truths(),
+        "merged": (merged(),),
+        "json": (json_lines(), b'{"samples": [' + b",".join(json_lines().split(b"\n")) + b"]}"),
+        "checked": foreign(),
         "turntable": turntables,
         "claims": (claims,),
         "pen_text": toml,
         "csv": (csv,),
         "own_csv": (b"time_s,gps_x,push_m_s2\n0,0.1,\n0.1,,1e-3\n",),
         "parquet": (parquet,),
-        "foreign": _foreign(),
+        "foreign": foreign(),
         "workbook": (_workbook(),),
         "archive": (_archive(),),
         "bag": (_bag(),),

@@ -21,6 +21,7 @@ from benchmark.runner.outcome_lines import NAME as JOURNAL
 from benchmark.runner.outcome_lines import outcome_journal
 from benchmark.runner.tables import RESULTS, SERIES, read_tables, write_tables
 from benchmark.verdicts.claims import load_claims
+from models.bundled import bundled_pens
 from models.errors import InputError, UnforeseenError
 from models.own_models import OwnSensor, own_model
 from models.pen_config import PenConfig
@@ -29,15 +30,21 @@ from models.shown_text import LONGEST_SENTENCE
 from models.state_space import StateSpaceModel
 from models.turntable import load_turntable
 from pen_mhe.tuning.pen_text import PenText
+from recordings.checked import check as check_recording
 from recordings.formats.dpoint import CAMERA_FILE, STYLUS_FILE
 from recordings.formats.imu_array import FILE as ARRAY
 from recordings.formats.imu_array import read_imu_array
 from recordings.ink import ink_points_mm
 from recordings.read import read_recording, read_written
-from tests.fuzz.seeds import IDENTITY, SPLIT, TASK, results_tables, seeds
+from recordings.truths.read import read_truth
+from recordings.written import WrittenRecording
+from tests.fuzz.foreign_seeds import NINE_AXES, SPLIT
+from tests.fuzz.seeds import IDENTITY, TASK, results_tables, seeds
 
 LONGEST_S = 1.0
-
+OF_A_SKETCH = b"millis,ax,ay,az,gx,gy,gz\n" + b"".join(
+    b"%d,0.1,0.2,9.8,1,%d,3\n" % (10 * k, k) for k in range(8)
+)
 
 MEMORY = Path("/dev/shm")
 """Files in memory, where a system has them: on a disk, opening two costs ten times what most
@@ -81,9 +88,66 @@ def own() -> StateSpaceModel:
     )
 
 
+@cache
+def nine_axes() -> PenConfig:
+    """The reference pen with a magnetometer and a tablet."""
+    return load_pen(written("nine.toml", pen_with(b"")))
+
+
+def pen_with(recording: bytes) -> bytes:
+    """Return a pen file that says how recordings are read."""
+    sensors, _, _ = NINE_AXES.partition(b"[recording]")
+    return bundled_pens()["reference"].read_bytes() + sensors + recording
+
+
 def _foreign(data: bytes) -> None:
     name = "pen.txt.gz" if data.startswith(b"\x1f\x8b") else "pen.txt"
-    found = read_written(written(name, data), pen("reference"))
+    _said(read_written(written(name, data), nine_axes()))
+
+
+def _checked(data: bytes) -> None:
+    found = check_recording(written("pen.txt", data), nine_axes())
+    assert all(line.isprintable() for line in found.text.splitlines())
+
+
+def _of_pen(data: bytes) -> None:
+    """A pen file's own words on recordings, and a recording read by them."""
+    config = load_pen(written("own.toml", pen_with(b"[recording]" + data)))
+    _said(read_written(written("pen.csv", OF_A_SKETCH), config))
+
+
+def _asked(data: bytes) -> None:
+    """What somebody says of a file: columns, or units behind an equals sign in front."""
+    text = data.decode("utf-8", "replace")
+    path = written("pen.csv", OF_A_SKETCH)
+    if not text.startswith("="):
+        _said(read_written(path, nine_axes(), columns=text))
+        return
+    parts = (part.partition("=") for part in text[1:].split(","))
+    units = {key.strip(): unit for key, _, unit in parts}
+    _said(read_written(path, nine_axes(), units=units))
+
+
+def _merged(data: bytes) -> None:
+    parts = data.split(SPLIT)[:4]
+    paths = [written(f"part{k}.csv", part) for k, part in enumerate(parts)]
+    _said(read_written(paths, nine_axes()))
+
+
+def _truth(data: bytes) -> None:
+    track = read_truth(written("truth.csv", data), nine_axes())
+    assert all(sentence.isprintable() for sentence in track.said)
+    between_s = (track.time_s[1:] + track.time_s[:-1])[:50] / 2
+    for values, at in (
+        (track.position, track.positions),
+        (track.attitude, track.attitudes),
+        (track.angles, track.angles_at),
+    ):
+        if values is not None:
+            at(between_s)
+
+
+def _said(found: WrittenRecording) -> None:
     assert all(sentence.isprintable() for sentence in found.sentences())
 
 
@@ -125,6 +189,12 @@ TARGETS: Mapping[str, Callable[[bytes], object]] = MappingProxyType(
         "own_csv": lambda data: read_recording(written("own.csv", data), own()),
         "parquet": lambda data: read_recording(written("pen.parquet", data), pen("reference")),
         "foreign": _foreign,
+        "checked": _checked,
+        "merged": _merged,
+        "json": lambda data: read_written(written("pen.json", data), nine_axes()),
+        "of_pen": _of_pen,
+        "asked": _asked,
+        "truth": _truth,
         "workbook": lambda data: read_written(written("pen.xlsx", data), pen("reference")),
         "archive": lambda data: read_written(written("pen.zip", data), pen("reference")),
         "bag": lambda data: read_written(written("pen.bag", data), pen("reference")),

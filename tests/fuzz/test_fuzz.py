@@ -15,23 +15,13 @@ from hypothesis import strategies as st
 
 from models.errors import InputError
 from models.parsed import json_data, toml_data
-from tests.fuzz.seeds import CORPUS, TOKENS, seeds
+from tests.fuzz.mutators import mutated
+from tests.fuzz.seeds import CORPUS, seeds
 from tests.fuzz.targets import TARGETS, FindingError, check, checked
 
 EXAMPLES = 25
 MAKEFILE = Path(__file__).resolve().parents[2] / "Makefile"
 texts = st.text(max_size=40)
-
-
-def changed(data: bytes, draw: random.Random) -> bytes:
-    """Return bytes of which some are cut out, doubled, replaced by a token or by chance."""
-    for _ in range(draw.randint(1, 4)):
-        start = draw.randint(0, len(data))
-        end = min(len(data), start + draw.choice((0, 1, 1, 4, 30)))
-        part = data[start:end]
-        put = draw.choice((b"", part * 2, draw.choice(TOKENS), draw.choice(TOKENS), b"7"))
-        data = data[:start] + put + data[end:]
-    return data
 
 
 @pytest.mark.parametrize("target", TARGETS)
@@ -51,7 +41,7 @@ def test_seeds_and_what_was_found_once(target: str) -> None:
 )
 @given(draw=st.randoms(use_true_random=False))
 def test_changed_files(target: str, draw: random.Random) -> None:
-    check(target, changed(draw.choice(seeds(target)), draw))
+    check(target, mutated(draw.choice(seeds(target)), draw))
 
 
 def test_make_fuzz_knows_every_reader_and_the_corpus_no_other() -> None:
