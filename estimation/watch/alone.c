@@ -12,7 +12,7 @@ static void forget_samples(const Statistics *s, real *memory, integer i)
     const Watch *at = &s->watch;
     memory[at->samples + i] = memory[at->outliers + i] = memory[at->busy + i] = 0;
     for (integer w = 0; w < s->windows; w++) {
-        memory[at->share + w * s->n_sensors + i] = memory[at->energy + w * s->n_sensors + i] = 0;
+        memory[at->energy + w * s->n_sensors + i] = 0;
         for (integer r = s->first_row[i]; r < s->first_row[i + 1]; r++)
             memory[at->mean + w * s->n_r + r] = 0;
     }

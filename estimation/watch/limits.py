@@ -36,8 +36,7 @@ CHANCE, ALLOWANCE = 1e-9, (3.0, 8.0)
 means and energies may exceed it. Hands pause and hurry: on the D-POINT pen energies that are one
 on average reach ten times that, while nothing is wrong."""
 MARGIN = 1.6
-FLOORS = (12.0, 8.0, 0.5, 0.3)
-"""An alarm is what exceeds the usual by this factor, and these values."""
+"""An alarm is what exceeds the usual by this factor."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ def _limits(sensor: SensorModel) -> SensorLimits:
         repeats=_repeats(sensor, rate_hz),
         same=_same(sensor, rate_hz),
         usual=tuple(usual),
-        limit=tuple(np.maximum(MARGIN * np.array(usual), FLOORS).tolist()),
+        limit=tuple((MARGIN * np.array(usual)).tolist()),
     )
 
 

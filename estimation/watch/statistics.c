@@ -105,10 +105,9 @@ static void take_sample(const Statistics *s, real *memory, const real *z)
         for (integer w = 0; w < s->windows; w++) {
             const real a = s->weights[i * s->windows + w], b = 1 - a;
             real *mean = memory + at->mean + w * n_r;
-            real *share = memory + at->share + w * n + i, *energy = memory + at->energy + w * n + i;
+            real *energy = memory + at->energy + w * n + i;
             for (integer r = first; r < end; r++)
                 if (!isnan(z[r])) mean[r] = b * mean[r] + a * z[r];
-            *share = b * b * *share + a * a;
             *energy = b * *energy + a * squared;
         }
         const real a = s->weights[i * s->windows];
@@ -132,12 +131,11 @@ static int is_outlier(const Statistics *s, const real *memory, const real *far, 
 static real mean_share(const Statistics *s, const real *memory, integer i, integer w)
 {
     const Watch *at = &s->watch;
-    const real share = memory[at->share + w * s->n_sensors + i];
+    const real a = s->weights[i * s->windows + w];
     const real *mean = memory + at->mean + w * s->n_r;
     real squared = 0;
-    if (!(share > 0)) return 0;
     for (integer r = s->first_row[i]; r < s->first_row[i + 1]; r++) squared += mean[r] * mean[r];
-    return squared / share / s->limit[2 * s->windows * i + w];
+    return squared * (2 - a) / a / s->limit[2 * s->windows * i + w];
 }
 
 static real energy_share(const Statistics *s, const real *memory, integer i, integer w)

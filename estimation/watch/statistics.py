@@ -3,14 +3,14 @@
 Of a sample with innovation v and S = L Lᵀ over the rows that it has, z = L⁻¹ v, n rows, d² = zᵀ z.
 Per sensor and window, with a the weight of a sample:
 
-    m ← (1 - a) m + a z,    s ← (1 - a)² s + a²,    mean score |m|² / s
+    m ← (1 - a) m + a z,    mean score |m|² (2 - a) / a
     e ← (1 - a) e + a d²/n,                         energy score e
     b ← (1 - a) b + a [d²/n is much],               of the first window: how busy it is
 
-|m|²/s is χ² with n degrees of freedom where z is white; e begins at zero, as nothing speaks against
-a sensor yet. A score is a statistic by its limit: above 1 is an alarm. Repeats are samples that
-equal the last, or the last but one, in all axes. They count as long as no `REPEATS_S` pass between
-two.
+The mean score is χ² with n degrees of freedom where z is white, once the window is full; m and e
+begin at zero, as nothing speaks against a sensor yet. A score is a statistic by its limit: above 1
+is an alarm. Repeats are samples that equal the last, or the last but one, in all axes. They count
+as long as no `REPEATS_S` pass between two.
 
 Scalar recursions on one flat array, so that statistics.c says the same to the last bit.
 """
@@ -60,7 +60,6 @@ class Statistics:
                 "same": (model.n_y,),
                 "outliers": (n,),
                 "mean": (windows, model.n_r),
-                "share": (windows, n),
                 "energy": (windows, n),
                 "busy": (n,),
             },
@@ -126,8 +125,7 @@ class Statistics:
                 b, mean = 1.0 - a, at["mean"] + w * self._n_r
                 for r in rows:
                     memory[mean + r] = b * memory[mean + r] + a * z[r]
-                share, energy = at["share"] + w * n + i, at["energy"] + w * n + i
-                memory[share] = b * b * memory[share] + a * a
+                energy = at["energy"] + w * n + i
                 memory[energy] = b * memory[energy] + a * squared
             a, usual = sensor.limits.weights[0], sensor.limits.usual[len(WINDOWS_S)]
             is_busy = 1.0 if squared > LIVELIER * usual else 0.0
@@ -162,13 +160,11 @@ class Statistics:
         values = [[0.0] * len(MEASURES) for _ in range(n)]
         for sensor in self.sensors:
             i = sensor.index
-            for w in range(windows):
-                share = memory[at["share"] + w * n + i]
-                if share > 0:
-                    mean, squared = at["mean"] + w * self._n_r, 0.0
-                    for r in sensor.rows:
-                        squared += memory[mean + r] * memory[mean + r]
-                    values[i][w] = squared / share
+            for w, a in enumerate(sensor.limits.weights):
+                mean, squared = at["mean"] + w * self._n_r, 0.0
+                for r in sensor.rows:
+                    squared += memory[mean + r] * memory[mean + r]
+                values[i][w] = squared * (2.0 - a) / a
                 values[i][windows + w] = memory[at["energy"] + w * n + i]
         return values
 
@@ -190,6 +186,5 @@ class Statistics:
         rows = next(each.rows for each in self.sensors if each.index == sensor)
         for block in ("samples", "outliers", "busy"):
             view(memory, block)[sensor] = 0.0
-        for block in ("share", "energy"):
-            view(memory, block)[:, sensor] = 0.0
+        view(memory, "energy")[:, sensor] = 0.0
         view(memory, "mean")[:, rows.start : rows.stop] = 0.0

@@ -44,7 +44,8 @@ def stream(*, is_spoilt: bool = True, duration_s: float = 6.0) -> tuple[Array, A
     y[60, :3] += 90.0
     y[100:115, 3:6] = y[99, 3:6]
     y[150:210, 6:9] += 0.3
-    y[420:520, :6] *= 4.0
+    shaken = np.random.default_rng(0).normal(size=(100, 6))
+    y[420:520, :6] += shaken * [6.0, 6.0, 6.0, 2.0, 2.0, 2.0]
     y[560] = np.nan
     keep = (time_s < 4.8) | (time_s > 5.2)
     order = np.arange(keep.sum())

@@ -19,10 +19,11 @@ def whitened(v: Array, S: Array) -> Array:
 
 
 def measures(z: Array, a: float) -> tuple[float, float]:
-    """Return |m|²/s and e of samples (n, k), the newest last, by their weights."""
+    """Return mean score and e of samples (n, k), the newest last, by their weights."""
     weights = a * (1 - a) ** np.arange(len(z))[::-1]
     mean = weights @ z
-    return float(mean @ mean / (weights @ weights)), float(weights @ (z**2).mean(axis=1))
+    full = np.sum((a * (1 - a) ** np.arange(10_000)) ** 2)
+    return float(mean @ mean / full), float(weights @ (z**2).mean(axis=1))
 
 
 def test_windows_are_weighted_sums() -> None:
