@@ -36,7 +36,9 @@ CHANCE, ALLOWANCE = 1e-9, (3.0, 8.0)
 means and energies may exceed it. Hands pause and hurry: on the D-POINT pen energies that are one
 on average reach ten times that, while nothing is wrong."""
 MARGIN = 1.6
-"""An alarm is what exceeds the usual by this factor."""
+FLOORS = (12.0, 8.0, 0.5, 0.3)
+"""An alarm is what exceeds the usual by this factor, and these values; means those of the first two
+only where gravity is felt: at a start from a wide prior an accelerometer's are far above its usual."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ def _limits(sensor: SensorModel) -> SensorLimits:
         max(float(quantile(OUTLIER_PROBABILITY, n)), MARGIN * peak * n)
         for n in range(1, sensor.n_r + 1)
     )
+    means = FLOORS[:2] if sensor.feels_gravity else (0.0, 0.0)
     return SensorLimits(
         weights=weights,
         squared=squared,
@@ -82,7 +85,7 @@ def _limits(sensor: SensorModel) -> SensorLimits:
         repeats=_repeats(sensor, rate_hz),
         same=_same(sensor, rate_hz),
         usual=tuple(usual),
-        limit=tuple((MARGIN * np.array(usual)).tolist()),
+        limit=tuple(np.maximum(MARGIN * np.array(usual), (*means, *FLOORS[2:])).tolist()),
     )
 
 
