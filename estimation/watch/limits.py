@@ -37,8 +37,8 @@ means and energies may exceed it. Hands pause and hurry: on the D-POINT pen ener
 on average reach ten times that, while nothing is wrong."""
 MARGIN = 1.6
 FLOORS = (12.0, 8.0, 0.5, 0.3)
-"""An alarm is what exceeds the usual by this factor, and these values; means those of the first two
-only where gravity is felt: at a start from a wide prior an accelerometer's are far above its usual."""
+"""An alarm is what exceeds the usual by this factor, and these values; those of means only where
+gravity is felt: at a start from a wide prior an accelerometer's are far above the usual."""
 
 
 @dataclass(frozen=True)
