@@ -30,7 +30,6 @@ from pen_mhe.figures import save
 from recordings.formats.tables import write_table
 from suites.speed.export import write_problem
 from suites.speed.problems import PROBLEMS
-from suites.speed.rows import write_rows
 from tests.estimation.test_named_columns import history
 from tests.house import modules, tree
 from tests.rooms_to_write import contents, room_for
@@ -78,7 +77,6 @@ WRITERS: Mapping[str, Writer] = {
     "tables": tables,
     "report": with_pages,
     "export": export,
-    "rows": lambda folder, n: write_rows([], folder / f"speed{n // 9}.json"),
     "problem": lambda folder, n: write_problem(PROBLEMS[0], {"a": np.arange(999) + n}, folder),
 }
 EVENTS = {"open", "os.rename", "os.remove", "os.mkdir", "os.chmod", "os.chown", "os.rmdir"}

@@ -67,7 +67,7 @@ LOGGERS: tuple[Logger, ...] = (
     Logger(
         "Sensor Logger on an iPhone", r"seconds_elapsed", _SI, -1.0,
         "awesome-sensor-logger/CROSSPLATFORM.md: but for standardised files",
-        r"platform=ios(?!.*standardisation=true)",
+        about=r"platform=ios(?!.*standardisation=true)",
     ),
     Logger(
         "Sensor Logger", r"seconds_elapsed", _SI, 1.0,
@@ -77,7 +77,7 @@ LOGGERS: tuple[Logger, ...] = (
     Logger(
         "Xsens MT Manager", r"PacketCounter|SampleTimeFine", {ACCELEROMETER: "m_s2"}, 1.0,
         "MT Manager User Manual: Acc m/s2, Gyr rad/s, Mag a.u.; Movella DOT: Gyr deg/s",
-        (MAGNETOMETER,),
+        normalised=(MAGNETOMETER,),
     ),
     Logger(
         "ROS", r"linear_acceleration|angular_velocity",

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -75,7 +75,9 @@ def sniffed(lines: Sequence[str]) -> Dialect | None:
     rows = [split_cells(line, delimiter) for line in lines]
     data = [i for i, cells in enumerate(rows) if _is_data(cells)]
     columns = Counter(len(rows[i]) for i in data).most_common(1)[0][0]
-    first = _first_row([i for i in data if len(rows[i]) == columns], lines)
+    whole = [i for i in data if len(rows[i]) == columns]
+    damaged = set(data) - set(whole)  # these part no row from the next
+    first = _first_row(whole, [i for i, line in enumerate(lines) if line.strip()], damaged)
     cells = [cell for i in data for cell in rows[i]]
     commas = sum(COMMA.fullmatch(cell) is not None for cell in cells)
     points = sum(POINT.fullmatch(cell) is not None and "." in cell for cell in cells)
@@ -86,15 +88,16 @@ def sniffed(lines: Sequence[str]) -> Dialect | None:
     )
 
 
-def _first_row(data: Sequence[int], lines: Sequence[str]) -> int:
+def _first_row(data: Sequence[int], told: Sequence[int], damaged: Collection[int]) -> int:
     """Return the first row of data: one that others follow, and no number above a header.
 
     Parameters
     ----------
     data : lines that are rows, in order
+    told : lines that say anything
+    damaged : rows that have more or fewer cells
     """
-    told = [i for i, line in enumerate(lines) if line.strip()]
-    place = {i: k for k, i in enumerate(told)}
+    place = {i: k for k, i in enumerate(i for i in told if i not in damaged)}
     for k, i in enumerate(data[:_MOST_ABOVE]):
         n = min(_IN_A_ROW, len(data) - k) - 1
         if place[data[k + n]] == place[i] + n:

@@ -29,6 +29,8 @@ _BETWEEN_THOUSANDS: Mapping[str, re.Pattern[str]] = MappingProxyType(
     }
 )
 _LOOKED_AT = 1000
+_LONGEST = 300
+"""Characters of a cell that may be a number, where one of them is too large for a float."""
 
 
 def respelt(frame: pd.DataFrame, decimal: str) -> pd.DataFrame:
@@ -41,16 +43,25 @@ def respelt(frame: pd.DataFrame, decimal: str) -> pd.DataFrame:
         cells = frame[name]
         if not (cells.dtype == object or pd.api.types.is_string_dtype(cells)):
             continue
-        is_text = (pd.to_numeric(cells, errors="coerce").isna() & cells.notna()).to_numpy()
+        is_text = (_numbers(cells).isna() & cells.notna()).to_numpy()
         texts = cells[is_text].astype("string")
         sample = _plain(texts.iloc[:_LOOKED_AT], decimal)
-        if len(sample) and pd.to_numeric(sample, errors="coerce").notna().mean() > 0.5:
+        if len(sample) and _numbers(sample).notna().mean() > 0.5:
             changed = cells.astype(object)
             changed[is_text] = _plain(texts, decimal).astype(object)
-            numbers = pd.to_numeric(changed, errors="coerce")
+            numbers = _numbers(changed)
             whole = (numbers.notna() == cells.notna()).all()
             found[name] = numbers if whole else changed
     return frame.assign(**found) if found else frame
+
+
+def _numbers(cells: pd.Series) -> pd.Series:
+    """Return cells as numbers, NaN where they are none: digits beyond a float's range are none."""
+    try:
+        return pd.to_numeric(cells, errors="coerce")
+    except OverflowError:
+        short = cells.where(cells.astype("string").str.len() <= _LONGEST)
+        return pd.to_numeric(short, errors="coerce")
 
 
 def _plain(texts: pd.Series, decimal: str) -> pd.Series:

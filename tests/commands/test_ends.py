@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from commands import study_commands
+from commands import observe
 from commands.cli import app
 from commands.sentences import ExitCode, usage_sentence
 from models.errors import Interrupted
@@ -95,7 +95,7 @@ def test_an_interrupt_is_said_in_one_sentence(
     def pressed(text: str | None) -> None:
         raise interrupt
 
-    monkeypatch.setattr(study_commands, "names", pressed)
+    monkeypatch.setattr(observe, "names", pressed)
     result = call("observe")
     assert result.exit_code == ExitCode.INTERRUPTED == 130
     assert result.stderr.startswith(f"pen-mhe: {sentence}")
@@ -106,7 +106,7 @@ def test_a_fault_of_our_own_is_no_sentence(monkeypatch: pytest.MonkeyPatch) -> N
     def broken(text: str | None) -> None:
         raise RuntimeError("broken")
 
-    monkeypatch.setattr(study_commands, "names", broken)
+    monkeypatch.setattr(observe, "names", broken)
     result = call("observe")
     assert result.exit_code == ExitCode.FAULT == 1
     assert isinstance(result.exception, RuntimeError)

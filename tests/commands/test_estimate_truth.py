@@ -69,7 +69,7 @@ def test_a_clock_that_is_not_seen_is_said_and_the_estimate_is_written(folder: Pa
     ("words", "said"),
     [
         (("--truth", "{}/none.csv"), "none.csv does not exist"),
-        (("--truth-offset", "1"), "an offset of the truth is given without a truth"),
+        (("--truth-offset", "1"), "offset of the truth given without a truth"),
         (("--truth", "{}/angles.csv", "--truth-frame", "sideways"), "sideways"),
         (("--truth", "{}/table.csv"), "is the truth itself"),
     ],

@@ -42,12 +42,12 @@ FILES = {
     "missing recording": Case(
         (
             "pen.csv does not exist",
-            "expected a folder of tables, a D-POINT folder, .txt or .tsv, .csv, .parquet",
+            "expected a folder of tables, a D-POINT folder, .txt or .tsv, .json, .csv, .parquet",
         ),
         lambda folder: folder / "pen.csv",
     ),
     "unknown suffix": Case(
-        ("pen.doc: suffix .doc is unknown", "expected .txt or .tsv, .csv, .parquet"),
+        ("pen.doc: suffix .doc is unknown", "expected .txt or .tsv, .json, .csv, .parquet"),
         text(lambda rows: rows, "pen.doc"),
     ),
     "no workbook": Case(

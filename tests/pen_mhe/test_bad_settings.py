@@ -77,7 +77,7 @@ UNITS = {
 
 PEN = {
     "missing pen": Case(
-        ("pen file none.toml does not exist", "expected a file, or a bundled pen: dpoint"),
+        ("pen file none.toml does not exist", "expected a file, or a bundled pen: compass"),
         options=("--pen", "none.toml"),
     ),
     "not TOML": Case(("my.toml: ", "expected TOML"), replace=(ACCELERATION, "[sensors.accel\n")),
