@@ -115,6 +115,7 @@ def dpoint(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_camera_writes_a_pen_file_and_says_how_sure_it_is(dpoint: Path, tmp_path: Path) -> None:
     recording = mounted(3, 20.0).recording
     write_table(recording_to_table(recording, pm.load_pen(dpoint)), tmp_path / "written.csv")

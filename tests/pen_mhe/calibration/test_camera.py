@@ -106,6 +106,7 @@ def frames_of(recording: pm.Recording, filtered: MountedFilter) -> Frames:
         return Frames.of(recording, filtered.base)
 
 
+@pytest.mark.slow
 def test_numbers_as_states_are_the_pen_file_with_them(touching: pm.Recording) -> None:
     """Frames are predicted alike: with numbers beside the file's, and with another file."""
     pen, rng = handwriting_pen(), np.random.default_rng(0)

@@ -136,6 +136,7 @@ def test_the_mhe_is_consistent_in_a_few_runs() -> None:
 @pytest.mark.parametrize(
     "case", [*(pytest.param(c, marks=SLOW) for c in ("settled", "moving")), "picked-up"]
 )
+@pytest.mark.slow
 def test_one_pass_is_consistent(case: str, seeds: range) -> None:
     check_many(runs_of(case, "mhe-rti", seeds))
 
