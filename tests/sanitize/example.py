@@ -13,8 +13,8 @@ from codegen.folder import export_files
 from estimation.native import STRICT
 from models.pen import pen_model
 from models.pen_file import load_pen
+from tests.fuzz.mutators import mutated
 from tests.fuzz.seeds import seeds
-from tests.fuzz.test_fuzz import changed
 from tests.sanitize.exports import HOSTED, SANITISERS
 
 LINES = (
@@ -40,7 +40,7 @@ def spoilt(files: int) -> Iterator[bytes]:
     yield good.replace(b"\n", b"\r\n").rstrip()
     draw = random.Random(20)
     for _ in range(files):
-        yield changed(good, draw)
+        yield mutated(good, draw)
 
 
 def run(folder: Path, files: int) -> str:
