@@ -10,7 +10,7 @@ from benchmark.runner import identity
 from benchmark.runner.about import timing_identity
 from benchmark.runner.run import TaskFunction, Workers, run_tasks
 from benchmark.tasks.suite import Scope
-from benchmark.tasks.task import Outcome, Task, failed
+from benchmark.tasks.task import Outcome, Task, failed, reason_of
 from models.names import unknown
 from suites.table import find_suite
 
@@ -24,9 +24,7 @@ def execute(task: Task, scope: Scope) -> Outcome:
         try:
             return find_suite(task.suite).run(task, scope)
         except Exception as error:  # whatever it is, it is this task's row
-            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-            # A file's name may hold what no table can.
-            return failed(reason.encode("utf-8", "replace").decode("utf-8"))
+            return failed(reason_of(error))
 
 
 def chosen_tasks(suites: Sequence[str], scope: Scope) -> list[Task]:

@@ -17,6 +17,7 @@ from benchmark.runner.run import Workers
 from benchmark.runner.tables import read_tables
 from benchmark.tasks.results import Results
 from benchmark.tasks.suite import Scope, Suite
+from benchmark.tasks.task import FAILED
 from benchmark.verdicts.claims import load_claims
 from benchmark.verdicts.judge import NO_DATA, Judgement, judge
 from benchmark.verdicts.paired import paired
@@ -53,7 +54,7 @@ class SuiteRun:
     def failed(self) -> Mapping[str, int]:
         """Why rows have no figures → how many."""
         rows = self.results.rows
-        return Counter(map(str, rows.loc[rows["status"] == "failed", "reason"]))
+        return Counter(map(str, rows.loc[rows["status"] == FAILED, "reason"]))
 
     def figure(self, key: str) -> Figure:
         """Return a figure of the suite's part of the report; raises `InputError` for no such."""

@@ -148,6 +148,12 @@ class Outcome:
     series: tuple[Series, ...] = ()
 
 
+def reason_of(error: Exception) -> str:
+    """Return in a line what a task broke off with; a file's name may hold what no table can."""
+    reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+    return reason.encode("utf-8", "replace").decode("utf-8")
+
+
 def failed(reason: str) -> Outcome:
     """Return the outcome of a task that broke off."""
     nan = float("nan")

@@ -84,7 +84,7 @@ def meant_columns(
     found = {h: one for h, one in recognised.items() if one.kind not in kinds}
     for name, quantity in quantities.items():
         for axis, header in zip(quantity.axes, named[name], strict=False):
-            plain = header.removeprefix("-") if header.startswith("-") else header
+            plain = header.removeprefix("-")
             unit = split_header(plain)[1]
             factor = unit.factor if unit is not None and unit.si == quantity.si else None
             sign = -1.0 if header.startswith("-") else 1.0

@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmark.tasks.task import reason_of
 from estimation.estimator import BatchEstimator, Estimator, run_measurements
 from estimation.history import EstimateHistory
 from estimation.recording import Measurement
@@ -128,7 +129,7 @@ class Bench:
         try:
             errors = self.errors(fault, seed)
         except Exception as error:  # whatever it is, it is this run's score
-            return broken(f"{type(error).__name__}: {' '.join(str(error).split())}"), None
+            return broken(reason_of(error)), None
         return score(errors, clean, fault), errors
 
     def clean(self, seed: int, duration_s: float) -> RunErrors:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task
-from models.names import unknown
+from suites.own_part import part_of
 from suites.real_time.cases import CASES
 from suites.real_time.figures import figures
 from suites.real_time.streams import FOLDER, STREAMS, has_recordings
@@ -37,12 +37,7 @@ def run(task: Task, scope: Scope) -> Outcome:
     InputError
         If there is no such race, or no such contender in it.
     """
-    if task.case not in CASES:
-        raise unknown("case", task.case, CASES)
-    found = _raced(task.case, task.seed, scope.data)
-    if task.estimator not in found:
-        raise unknown("estimator", task.estimator, found)
-    return found[task.estimator]
+    return part_of(task, CASES, lambda: _raced(task.case, task.seed, scope.data))
 
 
 @lru_cache(maxsize=1)

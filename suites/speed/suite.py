@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmark.tasks.suite import Scope, Suite
-from benchmark.tasks.task import Outcome, Task, failed
-from models.names import unknown
+from benchmark.tasks.task import Outcome, Task, failed, reason_of
+from suites.own_part import part_of
 from suites.speed.acados_library import FOLDER
 from suites.speed.cases import CASES
 from suites.speed.contender import Entry
@@ -40,12 +40,7 @@ def run(task: Task, scope: Scope) -> Outcome:
     InputError
         If there is no such race, or no such contender in it.
     """
-    if task.case not in CASES:
-        raise unknown("case", task.case, CASES)
-    found = _raced(task.case, scope.seeds, scope.estimators)
-    if task.estimator not in found:
-        raise unknown("estimator", task.estimator, found)
-    return found[task.estimator]
+    return part_of(task, CASES, lambda: _raced(task.case, scope.seeds, scope.estimators))
 
 
 @lru_cache(maxsize=1)
@@ -57,8 +52,7 @@ def _raced(case: str, windows: int, asked: tuple[str, ...] | None) -> Mapping[st
     try:
         rows = found.race(found.problem, left_out.setdefault, names)
     except Exception as error:  # or every other task would race, to end alike
-        why = failed(" ".join(f"{type(error).__name__}: {error}".split()))
-        return dict.fromkeys(names, why)
+        return dict.fromkeys(names, failed(reason_of(error)))
     return outcomes(found.problem.model.name, names, rows, left_out)
 
 
