@@ -28,6 +28,11 @@ ASKS: dict[str, str] = {}
 REFERENCE = re.compile(r"`([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)`")
 
 
+def in_room(room: str) -> list[str]:
+    """Return the modules of a room."""
+    return [module for module in modules() if module.split(".")[0] == room]
+
+
 def definitions(module: str) -> Iterator[tuple[ast.AST, ast.FunctionDef | ast.ClassDef]]:
     """Yield (what it stands in, definition) of all that a module shows: no ``_`` on its way."""
 
@@ -56,19 +61,18 @@ def raises(node: ast.AST) -> bool:
     return False
 
 
-@pytest.mark.parametrize("module", modules())
-def test_whoever_raises_input_error_says_so(module: str) -> None:
-    if module.split(".")[0] == WITHOUT_RAISES:
-        return
+@pytest.mark.parametrize("room", sorted(set(rooms()) - {WITHOUT_RAISES}))
+def test_whoever_raises_input_error_says_so(room: str) -> None:
     silent = []
-    for parent, node in definitions(module):
-        if isinstance(node, ast.FunctionDef) and raises(node):
-            said = ast.get_docstring(node) or ""
-            if node.name in SPECIAL and isinstance(parent, ast.ClassDef):
-                said += ast.get_docstring(parent) or ""
-            if ERROR not in said:
-                silent.append(node.name)
-    assert not silent, f"{module}: {silent} raise {ERROR} and do not say so"
+    for module in in_room(room):
+        for parent, node in definitions(module):
+            if isinstance(node, ast.FunctionDef) and raises(node):
+                said = ast.get_docstring(node) or ""
+                if node.name in SPECIAL and isinstance(parent, ast.ClassDef):
+                    said += ast.get_docstring(parent) or ""
+                if ERROR not in said:
+                    silent.append(f"{module}.{node.name}")
+    assert not silent, f"raise {ERROR} and do not say so"
 
 
 def test_class_names_are_unique() -> None:
@@ -104,12 +108,17 @@ def resolves(reference: str) -> bool:
     return False
 
 
-@pytest.mark.parametrize("module", modules())
-def test_references_resolve(module: str) -> None:
+@pytest.mark.parametrize("room", sorted(rooms()))
+def test_references_resolve(room: str) -> None:
     """A back-ticked dotted name that begins with a room; others are code of their module."""
-    text = modules()[module].read_text("utf-8")
-    found = {name for name in REFERENCE.findall(text) if name.split(".")[0] in rooms()}
-    assert [name for name in sorted(found) if not resolves(name)] == []
+    found = {
+        (module, name)
+        for module in in_room(room)
+        for name in REFERENCE.findall(modules()[module].read_text("utf-8"))
+        if name.split(".")[0] in rooms()
+    }
+    wrong = {name for name in {name for _, name in found} if not resolves(name)}
+    assert sorted((module, name) for module, name in found if name in wrong) == []
 
 
 def test_a_wrong_reference_would_be_found() -> None:
@@ -150,11 +159,17 @@ def asks_for_a_kind(code: ast.AST) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("module", modules())
-def test_nothing_asks_which_sensor_or_estimator_it_is(module: str) -> None:
-    if module.startswith(KINDS_ROOM):
-        return
-    assert bool(asks_for_a_kind(tree(module))) == (module in ASKS), asks_for_a_kind(tree(module))
+@pytest.mark.parametrize("room", sorted(rooms()))
+def test_nothing_asks_which_sensor_or_estimator_it_is(room: str) -> None:
+    asked = {
+        module: asks_for_a_kind(tree(module))
+        for module in in_room(room)
+        if not module.startswith(KINDS_ROOM)
+    }
+    may = {module for module in ASKS if module in in_room(room)}
+    assert {
+        module: found for module, found in asked.items() if bool(found) != (module in may)
+    } == {}
 
 
 def test_a_question_for_a_kind_would_be_found() -> None:
