@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from benchmark.report.choice import (
     ENOUGH,
@@ -13,8 +13,9 @@ from benchmark.report.choice import (
     is_unseen,
     reliable,
 )
-from benchmark.report.matrix import NOT_OBSERVABLE, Cell, Matrix
-from benchmark.report.numbers import number
+from benchmark.report.matrix import NOT_OBSERVABLE, Matrix
+from benchmark.report.numbers import count, number
+from benchmark.report.tied import Choice, tied
 
 BUDGETS = WITH, WITHOUT = "with a camera", "without a camera"
 YES, NO, OPEN = "yes", "no", "open"
@@ -32,6 +33,8 @@ class Pick:
     pays : whether an MHE pays with these sensors
     why : of the estimator
     cheaper : the cheapest sensors that show the quantity, where they are others
+    as_good : cheaper sensors that the seeds of the run do not tell apart from these
+    open_with : how many seeds that are
     """
 
     budget: str
@@ -41,6 +44,8 @@ class Pick:
     pays: str = OPEN
     why: str = ""
     cheaper: str = ""
+    as_good: tuple[str, ...] = ()
+    open_with: str = ""
 
     @property
     def sentence(self) -> str:
@@ -49,9 +54,15 @@ class Pick:
             return f"{self.why.capitalize()}."
         cheaper = f" Cheapest that shows it: {self.cheaper}." if self.cheaper else ""
         between = ";" if self.why == _ONE_SIDE else ":"
+        unsure = (
+            f" Not told apart from it by {self.open_with}: {listed([*self.as_good])}; "
+            "more seeds would tell."
+            if self.as_good
+            else ""
+        )
         return (
             f"Take {self.sensors} with {self.estimator} ({self.figure}){between} "
-            f"{self.why}.{cheaper}"
+            f"{self.why}.{unsure}{cheaper}"
         )
 
 
@@ -70,15 +81,6 @@ class Advice:
         return next((pick for pick in self.picks if pick.budget == budget), None)
 
 
-@dataclass(frozen=True)
-class _Choice:
-    """A choice of sensors with the reliable estimator of the smallest median."""
-
-    sensors: str
-    estimator: str
-    cell: Cell
-
-
 def advice(matrix: Matrix) -> Advice:
     """Say what to take for a quantity, whether the MHE pays there, and what is next.
 
@@ -86,7 +88,8 @@ def advice(matrix: Matrix) -> Advice:
        (`benchmark.report.choice.is_far_beyond`) is named nowhere but as such.
     2. With a camera, the sensors are those of the smallest median RMSE, whichever estimator
        has it. Without one they are the cheapest whose median is about as good as the smallest;
-       the cheapest that show the quantity at all are named beside them.
+       the cheapest that show the quantity at all are named beside them. Cheaper ones that the
+       seeds do not tell apart from them (`benchmark.report.tied.tied`) are named as such.
     3. With them, an MHE pays where its RMSE, run by run, is below the EKF's with 95 %
        confidence, and by more than one percent. Else the EKF is to be taken. Which MHE: the
        cheapest whose median is about as good as the best one's.
@@ -109,29 +112,42 @@ def advice(matrix: Matrix) -> Advice:
         sentences.append(f"{words[:1].upper()}{words[1:]}: not observable.")
     table = matrix.configurations
     cameras = any(name not in table or table[name].needs_camera for name in matrix.sensors)
-    picks = [_pick(matrix, WITH, ranked[0], ranked[0])] if cameras else []
+    picks = [_pick(matrix, WITH, ranked[0], ranked[0], ranked)] if cameras else []
     return Advice([*picks, *_without_camera(matrix, ranked[0])], " ".join(sentences))
 
 
-def _ranked(matrix: Matrix, among: Sequence[str]) -> list[_Choice]:
+def _ranked(matrix: Matrix, among: Sequence[str]) -> list[Choice]:
     """Return the best reliable estimator of every configuration that has one, the best first."""
     found = []
     for sensors in among:
         if cells := reliable(matrix, sensors):
             name, cell = min(cells.items(), key=lambda entry: entry[1].median)
-            found.append(_Choice(sensors, name, cell))
+            found.append(Choice(sensors, name, cell))
     return sorted(found, key=lambda choice: choice.cell.median)
 
 
-def _pick(matrix: Matrix, budget: str, choice: _Choice, best: _Choice, cheaper: str = "") -> Pick:
+def _pick(
+    matrix: Matrix, budget: str, choice: Choice, best: Choice, among: Sequence[Choice]
+) -> Pick:
+    """Return what to take: a choice, one of those of the budget; the best is of all budgets."""
     take, why = chosen_estimator(matrix, choice.sensors)
     pays = YES if take in OPTIMISING else OPEN if not why or NO_INTERVAL in why else NO
     take, why = (take, why) if why else (choice.estimator, _ONE_SIDE)
     figure = _figure(matrix, choice.sensors, take, best)
-    return Pick(budget, choice.sensors, take, figure, pays, why, cheaper)
+    as_good, seeds = _cheaper_and_tied(matrix, choice, among), count(choice.cell.seeds, "seed")
+    return Pick(budget, choice.sensors, take, figure, pays, why, as_good=as_good, open_with=seeds)
 
 
-def _without_camera(matrix: Matrix, best: _Choice) -> list[Pick]:
+def _cheaper_and_tied(matrix: Matrix, choice: Choice, among: Sequence[Choice]) -> tuple[str, ...]:
+    """Return the sensors that come before a choice, from cheap to dear, and are tied with it."""
+    order = {name: place for place, name in enumerate(matrix.configurations)}
+    others = [other for other in among if other.sensors != choice.sensors]
+    found = {other.sensors for other in tied(matrix, choice, others)}
+    own = order.get(choice.sensors, len(order))
+    return tuple(name for name, place in order.items() if name in found and place < own)
+
+
+def _without_camera(matrix: Matrix, best: Choice) -> list[Pick]:
     """Return what to take without a camera, if the run has sensors for it."""
     table = matrix.configurations
     known = [name for name in table if name in matrix.sensors]
@@ -148,10 +164,10 @@ def _without_camera(matrix: Matrix, best: _Choice) -> list[Pick]:
         take = chosen_estimator(matrix, cheapest.sensors)[0] or cheapest.estimator
         figure = _figure(matrix, cheapest.sensors, take, best)
         cheaper = f"{cheapest.sensors} with {take} ({figure})"
-    return [_pick(matrix, WITHOUT, better, best, cheaper)]
+    return [replace(_pick(matrix, WITHOUT, better, best, ranked), cheaper=cheaper)]
 
 
-def _figure(matrix: Matrix, sensors: str, estimator: str, best: _Choice) -> str:
+def _figure(matrix: Matrix, sensors: str, estimator: str, best: Choice) -> str:
     """Return ``0.8 deg, 3.00 times the best``."""
     median = matrix.cell(sensors, estimator).median
     times = ""

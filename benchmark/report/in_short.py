@@ -31,6 +31,7 @@ def in_short(answers: Sequence[Answer]) -> list[tuple[str, ...]]:
 def headlines(answers: Sequence[Answer]) -> list[str]:
     """Return a sentence per budget, and one that says how often optimising pays."""
     found = [said for budget in (WITH, WITHOUT) if (said := _headline(answers, budget))]
+    found += _not_told_apart(answers)
     picks = [
         (f"{answer.matrix.quantity} {pick.budget}", pick.pays)
         for answer in answers
@@ -65,3 +66,17 @@ def _headline(answers: Sequence[Answer], budget: str) -> str:
     if blind:
         parts.append(f"{listed(blind)} cannot be observed")
     return f"{budget[:1].upper()}{budget[1:]}: {'; '.join(parts)}." if parts else ""
+
+
+def _not_told_apart(answers: Sequence[Answer]) -> list[str]:
+    """Say for which quantities a cheaper choice of sensors may be as good."""
+    unsure = [
+        (f"{answer.matrix.quantity} {pick.budget} ({listed([*pick.as_good])})", pick.open_with)
+        for answer in answers
+        for pick in answer.advice.picks
+        if pick.as_good
+    ]
+    if not unsure:
+        return []
+    what, seeds = listed([said for said, _ in unsure]), unsure[0][1]
+    return [f"By {seeds} cheaper sensors are not surely worse for {what}: more seeds would tell."]
