@@ -38,6 +38,7 @@ class CompiledStage:
         patterns = transition.sparsity_out(1), transition.sparsity_out(2), readings.sparsity_out(1)
         F, G, H = (np.array(s.get_triplet(), dtype=int).reshape(2, -1) for s in patterns)
         self._F_at, self._G_at, self._H_at = (F[1], F[0]), (G[0], G[1]), (H[1], H[0])
+        self._L_at = np.tril_indices(n_r)
         self._unit = np.diag(fields["F_unit"][:n_x])
         self._predicted = [np.zeros(size) for size in (n_x, n_x, row * row, F.shape[1], G.shape[1])]
         self._updated = [
@@ -82,7 +83,7 @@ class CompiledStage:
         there: NDArray[np.bool_] = given[-1] != 0
         H, L = np.zeros((n_r, n_x)), np.zeros((n_r, n_r))
         H[self._H_at] = H_entries
-        L[np.tril_indices(n_r)] = L_rows
+        L[self._L_at] = L_rows
         L[~there, :] = 0
         L[:, ~there] = 0
         L[~there, ~there] = self._model.noise_std[~there]

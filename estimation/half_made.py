@@ -60,13 +60,31 @@ def half_made_folder(place: Path) -> Iterator[Path]:
         os.close(held)
 
 
+def await_others(place: Path) -> None:
+    """Wait until nobody works beside a place any more; without locks, wait for nobody."""
+    if _locks is None:
+        return
+    with contextlib.suppress(OSError):
+        for path in _parts(place):
+            with contextlib.suppress(OSError):  # gone by now, or somebody else's
+                held = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+                try:
+                    _locks.flock(held, _locks.LOCK_EX)
+                finally:
+                    os.close(held)
+
+
 def remove_left_overs(place: Path) -> None:
     """Remove what killed runs have left beside a place; what another run works on stays."""
-    pattern = re.compile(re.escape(_short(place.name)) + r"\.[0-9a-f]{8}\.part")
     with contextlib.suppress(OSError):
-        for name in os.listdir(place.parent):
-            if pattern.fullmatch(name):
-                _remove_left_over(place.with_name(name))
+        for path in _parts(place):
+            _remove_left_over(path)
+
+
+def _parts(place: Path) -> list[Path]:
+    """Return what is half made beside a place; raises `OSError` where its folder is not read."""
+    pattern = re.compile(re.escape(_short(place.name)) + r"\.[0-9a-f]{8}\.part")
+    return [place.with_name(name) for name in os.listdir(place.parent) if pattern.fullmatch(name)]
 
 
 def _claimed(place: Path, make: Callable[[Path], int]) -> tuple[Path, int]:

@@ -35,6 +35,7 @@ from estimation.compile_cache import (
     private_folder,
     writable,
 )
+from estimation.half_made import await_others
 from models.errors import InputError
 
 FLAGS = (
@@ -134,8 +135,15 @@ def shared_libraries(sources: Sequence[CSource]) -> list[Path]:
     missing = [target for target in by_target if not _is_usable(target)]
     if missing:
         with _notice(), ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-            list(pool.map(lambda target: build((gcc, *FLAGS), by_target[target], target), missing))
+            list(pool.map(lambda target: _build_once(gcc, by_target[target], target), missing))
     return [_loading(gcc, by_target[target], target) for target in targets]
+
+
+def _build_once(gcc: str, source: CSource, target: Path) -> None:
+    """Compile C, or wait for another process that is compiling the same."""
+    await_others(target)
+    if not is_whole(target):
+        build((gcc, *FLAGS), source, target)
 
 
 _loaded: dict[Path, Path] = {}

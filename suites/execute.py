@@ -53,7 +53,7 @@ def is_timed(task: Task) -> bool:
 
 
 def row_of(task: Task) -> Hashable:
-    """Return what a task shares with its neighbours for which something is built."""
+    """Return what a task shares with others for which something is built."""
     return task.suite, find_suite(task.suite).row(task)
 
 

@@ -1,8 +1,8 @@
 """Tasks in processes of this machine, whatever becomes of a process.
 
-Each process has a lane of its own. A lane takes a row at a time (tasks that stand together in
-the list and need the same model and estimator), so that these are compiled and built by the one
-process that needs them; at the end it helps the others.
+Each process has a lane of its own. A lane takes a row at a time (tasks that need the same model,
+or the same recordings, wherever they stand in the list), so that these are compiled, built and
+simulated by the one process that needs them; at the end it helps the others.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from collections import Counter, deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from itertools import groupby
 from multiprocessing import get_context
 from typing import Generic, TypeVar
 
@@ -61,12 +60,15 @@ def run_in_processes(
     ----------
     function : of a module, so that another process finds it
     jobs : number of processes
-    row : what neighbouring tasks of one row have in common
+    row : what the tasks of one row have in common; rows begin in the order of their first tasks
     died : a sentence → the result of a task whose processes died
     """
     for name in ONE_THREAD:  # read by BLAS when a process begins
         os.environ.setdefault(name, "1")
-    rows = (list(tasks_of_row) for _, tasks_of_row in groupby(tasks, key=row))
+    by_row: dict[Hashable, list[TaskT]] = {}
+    for task in tasks:
+        by_row.setdefault(row(task), []).append(task)
+    rows = iter(by_row.values())
     lanes = [_Lane(function) for _ in range(jobs)]
     try:
         yield from _finished(lanes, rows, died)

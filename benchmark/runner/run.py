@@ -117,8 +117,8 @@ def run_tasks(
     function : runs one task
     identity : what a finished task must have been run with to count as finished
     is_timed : whether a task measures times
-    row : what neighbouring tasks have in common for which something is built: they stay with
-        the process that built it
+    row : what tasks have in common for which something is built: they stay with the process
+        that built it
 
     Returns
     -------

@@ -57,7 +57,7 @@ class Suite:
     own : what the report must know of a scope beside its tasks, for ``run.json``
     made_of : what else results depend on within a scope: a hash; empty where nothing
     reads : the folder within `Scope.data` that a task reads; empty where it reads none
-    row : what tasks that stand together have in common for which something is built
+    row : what tasks have in common for which something is built or simulated
     is_timed : whether its figures are times: its tasks run after all others, one race at a time
     """
 

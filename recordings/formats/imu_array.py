@@ -20,6 +20,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -71,7 +72,7 @@ class ImuArray:
     position_m: Array
     clipped: NDArray[np.bool_]
 
-    @property
+    @cached_property
     def mean_rate(self) -> Array:
         """(n, 3) mean over the sensors that are not clipped, NaN where all are."""
         rate = np.where(self.clipped[..., None], 0.0, self.rate)

@@ -115,4 +115,5 @@ SUITE = Suite(
     figures=figures,
     missing=missing,
     made_of=made_of,
+    row=lambda task: task.case,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from pathlib import Path
 
 from benchmark.from_mhe import NEAR, REFERENCE
@@ -81,6 +81,11 @@ def run(task: Task, scope: Scope) -> Outcome:
     return run_simulated(task)
 
 
+def row(task: Task) -> Hashable:
+    """Return what tasks share: the gesture and the pens of a case, the pairs of an array."""
+    return ARRAY_CASES[task.case].pairs if task.case in ARRAY_CASES else task.case
+
+
 def has_array(scope: Scope) -> bool:
     """Return whether the recording of the array is there."""
     return scope.data is not None and (Path(scope.data) / FOLDER).is_dir()
@@ -111,4 +116,5 @@ SUITE = Suite(
     Path(__file__).parent / "claims.toml",
     figures,
     missing,
+    row=row,
 )

@@ -89,9 +89,10 @@ KNOWN_STARTS: Mapping[str, KnownStart] = MappingProxyType(
 
 def run_known_start(task: Task) -> Outcome:
     """Run an estimator from a known start and tell its errors at `AT_S`."""
-    row, estimator = KNOWN_STARTS[task.case], _estimator(task.case, task.estimator)
+    row = KNOWN_STARTS[task.case]
+    estimator = _estimator(row.like, task.estimator)
     recording = simulate(
-        _pen(task.case),
+        _pen(row.like),
         CONFIGURATIONS[SENSORS].sensors,
         motion=MOTION,
         duration_s=row.duration_s,
@@ -105,7 +106,7 @@ def run_known_start(task: Task) -> Outcome:
     history = run(estimator, blind, prior=told, covariances=is_reference)
     quantities = quantities_at(model, history, truth, [at for at in AT_S if at <= row.duration_s])
     if is_reference:
-        near = run(_estimator(task.case, NEAR), blind, prior=told)
+        near = run(_estimator(row.like, NEAR), blind, prior=told)
         quantities.append(distance_quantity(model, history, near))
     return outcome(model.name, history, quantities)
 
@@ -126,13 +127,18 @@ def told_start(model: StateSpaceModel, truth: Truth, seed: int) -> GaussianState
 
 
 @cache
-def _pen(case: str) -> PenConfig:
+def _pen(like: str) -> PenConfig:
     """Return the pen, which moves as it is assumed to, with a start that is known."""
-    pen = assumed_pen(KNOWN_STARTS[case].like)
+    pen = assumed_pen(like)
     return pen.model_copy(update={"prior": pen.prior.model_copy(update=dict(KNOWN))})
 
 
 @cache
-def _estimator(case: str, name: str) -> Estimator[Any]:
-    model = pen_model(_pen(case), CONFIGURATIONS[SENSORS].sensors, writing_area=False)
-    return create_estimator(name, model)
+def _estimator(like: str, name: str) -> Estimator[Any]:
+    return create_estimator(name, _model(like))
+
+
+@cache
+def _model(like: str) -> StateSpaceModel:
+    """Return the model that the estimators of a pen share, with what is derived of it."""
+    return pen_model(_pen(like), CONFIGURATIONS[SENSORS].sensors, writing_area=False)

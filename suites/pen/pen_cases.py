@@ -151,6 +151,12 @@ def assumed_pen(case: str) -> PenConfig:
     return _neglecting(pen) if row.neglects else pen
 
 
+@cache
+def like(case: str) -> str:
+    """Return the first case whose estimators assume the same pen: they are the same ones."""
+    return next(name for name in PEN_CASES if assumed_pen(name) == assumed_pen(case))
+
+
 def _of_hand(row: PenCase, degrees_of_freedom: int) -> PenConfig:
     """Return the reference pen, told how the hand of a case moves it."""
     pen = load_pen("reference").model_copy(update={"degrees_of_freedom": degrees_of_freedom})

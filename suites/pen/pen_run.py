@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -28,6 +28,7 @@ from suites.pen.pen_cases import (
     REFERENCE,
     SPIN_IGNORED,
     assumed_pen,
+    like,
     moving_pen,
 )
 from suites.pen_quantities import pen_quantities
@@ -57,7 +58,7 @@ SHOWN_SENSORS: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
 
 def run_pen(task: Task) -> Outcome:
     """Run an estimator on simulated handwriting."""
-    estimator = _estimator(task.case, task.sensors, task.estimator)
+    estimator = _estimator(like(task.case), task.sensors, task.estimator)
     recording = _recording(task.case, task.sensors, task.seed)
     truth = recording.truth
     assert truth is not None
@@ -68,7 +69,7 @@ def run_pen(task: Task) -> Outcome:
     seen = _seen(task.case, task.sensors)
     quantities = pen_quantities(model, history, truth, seen, settling_s=settling_s)
     if is_reference:
-        near = run(_estimator(task.case, task.sensors, NEAR), blind)
+        near = run(_estimator(like(task.case), task.sensors, NEAR), blind)
         quantities.append(distance_quantity(model, history, near))
     series: list[Series] = []
     if task.seed == 0:
@@ -79,6 +80,7 @@ def run_pen(task: Task) -> Outcome:
     return outcome(model.name, history, quantities, series=series)
 
 
+@lru_cache(maxsize=32)
 def _recording(case: str, sensors: str, seed: int) -> Recording:
     return simulate(
         moving_pen(case),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from pathlib import Path
 
 from benchmark.configurations import TURNTABLE_CONFIGURATIONS
@@ -11,7 +11,7 @@ from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task
 from suites.pen.figures import figures
 from suites.pen.known_start import KNOWN_STARTS, SENSORS, run_known_start
-from suites.pen.pen_cases import PEN_CASES
+from suites.pen.pen_cases import PEN_CASES, like
 from suites.pen.pen_run import run_pen
 from suites.pen.table_run import (
     STARTS,
@@ -56,7 +56,6 @@ def tasks(scope: Scope) -> Sequence[Task]:
         for sensors in TURNTABLE_CONFIGURATIONS
         for estimator in SWEEP_ESTIMATORS
     ]
-    # All seeds of a row after each other: its estimator is built once.
     return [Task(NAME, *row, seed) for row, seeds in rows for seed in range(seeds)]
 
 
@@ -69,6 +68,15 @@ def run(task: Task, scope: Scope) -> Outcome:
     if task.case in STARTS:
         return run_wrong_start(task)
     return run_stroke(task)
+
+
+def row(task: Task) -> Hashable:
+    """Return what tasks share: a pen's model and estimators, the turntable's recordings."""
+    if task.case in PEN_CASES:
+        return like(task.case), task.sensors
+    if task.case in KNOWN_STARTS:
+        return "known start", KNOWN_STARTS[task.case].like
+    return task.case
 
 
 SUITE = Suite(
@@ -90,4 +98,5 @@ SUITE = Suite(
     run=run,
     claims=Path(__file__).with_name("claims.toml"),
     figures=figures,
+    row=row,
 )

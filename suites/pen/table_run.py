@@ -23,12 +23,12 @@ from models.priors import replaced_prior
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
 from models.table_motion import table_motions
-from models.turntable import TILTS, paper_turntable, turntable_model
+from models.turntable import TILTS, turntable_model
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import create_estimator
 from pen_mhe.sensor_verdict import judge
-from recordings.simulate_turntable import simulate_stroke, simulate_table
 from suites.pen.raw_readings import RAW_SHOWN, raw_series
+from suites.pen.table_recordings import start_recording, stroke_recording
 from suites.pen.told_tolerance import SHOWN, SWEEP, ToldStroke, told_table
 from suites.pen.turntable_starts import StartTrial, run_start
 
@@ -75,10 +75,10 @@ def run_stroke(task: Task) -> Outcome:
     """Run an estimator along a stroke from a start known to `START_STD_RAD`."""
     is_begin = task.case == WITH_IPOPT
     told_stroke = ToldStroke(SHOWN[0]) if is_begin else SWEEP.get(task.case, ToldStroke(task.case))
-    table, motion = paper_turntable(), table_motions()[told_stroke.stroke]
+    motion = table_motions()[told_stroke.stroke]
     estimator = _estimator(task.sensors, task.estimator, told_stroke.reached_after_s)
     model = estimator.model
-    recording = simulate_stroke(table, motion, task.seed)
+    recording = stroke_recording(told_stroke.stroke, task.seed)
     if is_begin:
         recording = recording.first(WITH_IPOPT_S)
     truth = recording.truth
@@ -196,11 +196,12 @@ def settling_time(time_s: Array, tilt_errors: Array) -> float:
 def run_wrong_start(task: Task) -> Outcome:
     """Run an estimator from a start that is wrong in both tilts; both axes run."""
     trial = StartTrial(task.sensors, task.estimator, STARTS[task.case])
-    found = run_start(trial, task.seed, estimator=_estimator(task.sensors, task.estimator))
+    estimator = _estimator(task.sensors, task.estimator)
+    found = run_start(trial, task.seed, estimator=estimator, recording=start_recording(task.seed))
     in_mirror = found.outcome == "mirror"
     last = DEG * found.error[found.judged]
     settled_s = settling_time(found.time_s, found.error[:, :2])
-    angles, rates_seen = _both_seen(_verdict(task.case, task.sensors))
+    angles, rates_seen = _both_seen(_verdict(None, task.sensors))
     quantities = [
         Quantity.of_errors("tilts_last", "deg", last[:, :2], angles),
         Quantity.of_errors("tilt_rates_last", "deg/s", last[:, 2:4], rates_seen),
@@ -232,12 +233,9 @@ def _model(sensors: str, reached_after_s: float | None) -> StateSpaceModel:
 
 
 @cache
-def _verdict(case: str, sensors: str) -> Mapping[str, bool]:
-    """Return which states a configuration shows along a stroke or a start, whatever its seed."""
-    model, table = _estimator(sensors, "ekf").model, paper_turntable()
-    if case in STARTS:
-        recording = simulate_table(table, StartTrial.duration_s, 0)
-    else:
-        recording = simulate_stroke(table, table_motions()[case], 0)
+def _verdict(stroke: str | None, sensors: str) -> Mapping[str, bool]:
+    """Return which states a configuration shows along a stroke, or None: both axes running."""
+    model = _model(sensors, None)
+    recording = start_recording(0) if stroke is None else stroke_recording(stroke, 0)
     found: Verdict = judge(model, recording)
     return MappingProxyType({name: found.sees(name) for name in model.state_names})

@@ -27,7 +27,7 @@ import numpy as np
 
 from benchmark.configurations import TURNTABLE_CONFIGURATIONS
 from estimation.estimator import Estimator, run
-from estimation.recording import Truth
+from estimation.recording import Recording, Truth
 from models.arrays import Array
 from models.errors import InputError
 from models.names import unknown
@@ -163,6 +163,8 @@ def run_start(
     seed: int,
     start_error_rad: Array | None = None,
     estimator: Estimator[Any] | None = None,
+    *,
+    recording: Recording | None = None,
 ) -> StartRun:
     """Run one estimator from one wrong start and judge where it ends.
 
@@ -171,10 +173,12 @@ def run_start(
     start_error_rad : (2,) error of the prior mean; the trial's size with drawn signs by
         default. The prior's standard deviation is the trial's either way
     estimator : of `start_estimator`, where there is one already
+    recording : of the seed, where it is simulated already
     """
     estimator = estimator or start_estimator(trial)
     model = estimator.model
-    recording = simulate_table(trial.table, trial.duration_s, seed)
+    if recording is None:
+        recording = simulate_table(trial.table, trial.duration_s, seed)
     truth = recording.truth
     assert truth is not None
     if start_error_rad is None:

@@ -66,7 +66,7 @@ def run_dpoint(task: Task, data: str, *, looks_back: bool = False) -> Outcome:
     if task.case in CASES:
         return _with_camera(task, written, CASES[task.case], looks_back)
     pen, whole = load_pen(PEN), written.recording
-    estimator = _estimator(task.case, task.sensors, task.estimator)
+    estimator = _estimator(like(task.case), task.sensors, task.estimator)
     history = run(estimator, whole.select(WITHOUT_CAMERA[task.sensors]))
     found = elevation_quantities(pen, history, whole)
     series = elevation_series(pen, history, whole)
@@ -76,7 +76,7 @@ def run_dpoint(task: Task, data: str, *, looks_back: bool = False) -> Outcome:
 def _with_camera(
     task: Task, written: WrittenRecording, case: RealCase, looks_back: bool
 ) -> Outcome:
-    whole, model = written.recording, _model(task.case, task.sensors)
+    whole, model = written.recording, _model(like(task.case), task.sensors)
     instants = _with_clock(whole, WITH_CAMERA[task.sensors])
     phase = 0 if case.away_s else task.seed
     used = thinned(model, instants, CameraThinning(case.rate_hz, phase))
@@ -87,7 +87,7 @@ def _with_camera(
         task.estimator, settings, used.select(WITH_CAMERA[task.sensors]), CLOCK
     )
     history = run(
-        _estimator(task.case, task.sensors, task.estimator, tuple(settings.items())),
+        _estimator(like(task.case), task.sensors, task.estimator, tuple(settings.items())),
         used,
         causal=case.causal,
     )
@@ -159,6 +159,13 @@ def _recording(data: str) -> WrittenRecording:
     if not folder.is_dir():
         raise InputError(f"data folder {data} has no {FOLDER}, expected it there")
     return load_dpoint(folder, load_pen(PEN))
+
+
+def like(case: str) -> str:
+    """Return the first case whose estimators assume the same pen: they are the same ones."""
+    if case not in CASES:
+        return case
+    return next(name for name, row in CASES.items() if row.without == CASES[case].without)
 
 
 @cache

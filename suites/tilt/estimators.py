@@ -17,9 +17,10 @@ from classical_baseline.weight_search import Ended, WeightSearch
 from estimation.estimator import Estimator, run
 from models.arrays import Array
 from models.priors import replaced_prior
+from models.state_space import StateSpaceModel
 from models.turntable import turntable_model
 from pen_mhe.estimators import create_estimator
-from suites.tilt.cases import FULL_TURN
+from suites.tilt.cases import FULL_TURN, Installation
 from suites.tilt.operations import operations, operations_of_step, uncounted
 from suites.tilt.recursion import raw_function, recursion_function, run_compiled, run_raw_compiled
 from suites.tilt.samples import SENSORS, TiltSamples, case_named, installed
@@ -139,13 +140,14 @@ FIGURES_OF: Mapping[str, tuple[Callable[[str], tuple[Quantity, ...]], ...]] = Ma
 
 def run_model(estimator: str, case: str, samples: TiltSamples) -> TiltRun:
     """Run an estimator with the carrier's model, told the angles of the first reading."""
-    chosen = _estimator(estimator, case)
+    installation = case_named(case).installation
+    chosen = _estimator(estimator, installation)
     model = chosen.model
     first = [float(angle[0]) for angle in tilts_of(samples.acceleration_g[:1])]
     told = replaced_prior(
         model, dict(zip(model.state_names[:2], first, strict=True)), START_STD_RAD
     )
-    recording = samples.recording(installed(case_named(case).installation).gravity_m_s2)
+    recording = samples.recording(installed(installation).gravity_m_s2)
     history = run(chosen, recording, prior=told)
     passes = float(np.mean(history.iterations))
     own = [Quantity.single("passes", "1", passes)]
@@ -162,9 +164,14 @@ def run_model(estimator: str, case: str, samples: TiltSamples) -> TiltRun:
 
 
 @cache
-def _estimator(name: str, case: str) -> Estimator[Any]:
-    model = turntable_model(installed(case_named(case).installation), SENSORS)
-    return create_estimator(name, model)
+def _estimator(name: str, installation: Installation) -> Estimator[Any]:
+    return create_estimator(name, _model(installation))
+
+
+@cache
+def _model(installation: Installation) -> StateSpaceModel:
+    """Return the model that the estimators of an installation share."""
+    return turntable_model(installed(installation), SENSORS)
 
 
 def _operations(count: float) -> Quantity:

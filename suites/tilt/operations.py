@@ -10,6 +10,7 @@ small. Passes count as full ones: where factors stay (`mhe.reuse`), fewer are ma
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from types import MappingProxyType
 
 import casadi as ca
@@ -88,6 +89,7 @@ def uncounted(estimator: str) -> str:
     )
 
 
+@lru_cache(maxsize=16)
 def _by_name(model: StateSpaceModel) -> Mapping[str, int]:
     stage = stage_functions(model)
     functions = (*stage, *window_functions(model), *pass_functions(model, *stage[:2]))

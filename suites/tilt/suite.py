@@ -137,4 +137,5 @@ SUITE = Suite(
     run=run,
     claims=Path(__file__).with_name("claims.toml"),
     figures=figures,
+    row=lambda task: task.case,
 )

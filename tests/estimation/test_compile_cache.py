@@ -6,14 +6,17 @@ import os
 import stat
 import subprocess
 import sys
-from collections.abc import Callable
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from estimation import compile_cache, native
+from estimation import compile_c, compile_cache, native
 from estimation.compile_cache import is_whole, write_sealed
 from models.errors import InputError
 from tests.engines import needs_compiler
@@ -187,3 +190,25 @@ def test_what_a_killed_build_left_goes(own_cache: Path) -> None:
     (left / "generated.c").touch()
     built(2.0)
     assert list(own_cache.iterdir()) == [path]
+
+
+def test_what_another_process_compiles_is_waited_for(
+    own_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Locks of two threads are as those of two processes: each has its own descriptor."""
+    compiling, made = threading.Event(), []
+    original = compile_c._library
+
+    def library(compiler: Sequence[str], source: native.CSource, scratch: Path) -> bytes:
+        made.append(scratch)
+        compiling.set()
+        time.sleep(0.2)
+        return original(compiler, source, scratch)
+
+    monkeypatch.setattr(compile_c, "_library", library)
+    with ThreadPoolExecutor(2) as both:
+        first = both.submit(built, 1.5)
+        assert compiling.wait(30)
+        second = both.submit(built, 1.5)
+        assert first.result() == second.result()
+    assert len(made) == 1
