@@ -90,9 +90,8 @@ def export_texts(
     model, loop, start = exported.model, exported.loop, exported.start.copy()
     if form == "root":
         loop, start = in_roots(model, loop, start)
-    functions = [function for group in loop.functions for function in group]
     parts = [
-        *prototypes(functions, prefix),
+        *prototypes(loop.functions, prefix),
         "",
         *_constants(model, loop, precision),
         *_loop(replace(exported, loop=loop), form, prefix, precision),
@@ -113,7 +112,7 @@ def export_texts(
         form,
         header(exported, prefix, precision, form),
         "\n".join([front, *parts]),
-        generated_source(functions, prefix, precision),
+        generated_source(loop.functions, prefix, precision),
     )
 
 
@@ -126,7 +125,7 @@ def _loop(exported: Exportable, form: str, prefix: str, precision: Precision) ->
         "result": offsets(result_layout(model, loop.lags)),
         **loop.fields,
     }
-    functions = {f.name(): (f.n_in(), f.n_out()) for group in loop.functions for f in group}
+    functions = {f.name(): (f.n_in(), f.n_out()) for f in loop.functions}
     static, kind = StaticC(precision, prefix, functions), loop.entry.capitalize()
     value = static.structure(kind, fields, loop.entry)
     return [

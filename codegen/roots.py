@@ -32,10 +32,7 @@ def in_roots(model: StateSpaceModel, loop: Loop, start: Array) -> tuple[Loop, Ar
         if block.endswith("covariance"):
             view = loop.memory.view(start, block)
             view[...] = _rooted(view, n_x)
-    functions = [
-        [_without_covariance(f) if f.name() == TRANSITION else f for f in group]
-        for group in loop.functions
-    ]
+    functions = [_without_covariance(f) if f.name() == TRANSITION else f for f in loop.functions]
     return dataclasses.replace(loop, fields=fields, functions=functions), start
 
 

@@ -171,7 +171,7 @@ def filter_loop(model: StateSpaceModel, config: EkfConfig) -> Loop:
         sources=[Path(__file__).with_name(name) for name in ("filter.c", "late.c")],
         entry="filter",
         memory=memory,
-        functions=[loop_functions(model), [difference_function(model)]],
+        functions=[*loop_functions(model), difference_function(model)],
         fields={
             "gate": gate,
             "huber": huber,

@@ -23,10 +23,10 @@ class CompiledStage:
 
     def __init__(self, model: StateSpaceModel) -> None:
         self._model, self._machine, functions = model, Machine(), loop_functions(model)
-        alone = Loop([], "stage", Layout("Memory", {}), [functions], {})
+        alone = Loop([], "stage", Layout("Memory", {}), functions, {})
         fields = {**model_fields(model, alone), **kernel_fields()}
         described: Any = self._machine.structure("Model", fields)
-        self._machine.load([functions], [described], [kernel(model, type(described))])
+        self._machine.load(functions, [described], [kernel(model, type(described))])
         self._self, self._lost = ctypes.addressof(described), fields["lost"]
         pointer = ctypes.c_void_p
         self._predict = ctypes.CFUNCTYPE(None, *[pointer] * 9)(described.predict.value)

@@ -56,8 +56,7 @@ class Loop:
     sources : its files, compiled as one behind those of `engine_sources`
     entry : prefix of its functions ``<entry>_step`` and ``<entry>_batch``
     memory : layout of the estimator's state
-    functions : groups of generated functions, one library each, those of
-        `estimation.linearisation.loop_functions` among them
+    functions : generated ones, those of `estimation.linearisation.loop_functions` among them
     fields : the estimator's C structure behind model, memory and result: arrays, numbers,
         None for no array, generated functions by their names (`NO_FUNCTION` for none), groups of
         arrays as mappings. An array of zeros is workspace, any other a table that nobody writes
@@ -71,7 +70,7 @@ class Loop:
     sources: Sequence[Path]
     entry: str
     memory: Layout
-    functions: Sequence[Sequence[ca.Function]]
+    functions: Sequence[ca.Function]
     fields: Mapping[str, Any]
     constants: Mapping[str, float] = field(default_factory=dict)
     lags: tuple[int, ...] = ()
@@ -87,7 +86,7 @@ class Pointers:
 
 def model_fields(model: StateSpaceModel, loop: Loop, *, form: str = "covariance") -> dict[str, Any]:
     """Return the values of C's structure Model, in its order; see `Loop` for their kinds."""
-    functions = [function for group in loop.functions for function in group]
+    functions = loop.functions
     calling = [function for function in functions if not is_plain(function)]
     return {
         **{name: getattr(model, name) for name in ("n_x", "n_w", "n_y", "n_u", "n_row", "n_r")},

@@ -69,7 +69,7 @@ class Machine:
 
     def load(
         self,
-        groups: Sequence[Sequence[ca.Function]],
+        functions: Sequence[ca.Function],
         places: Sequence[ctypes.Structure],
         others: Sequence[CSource],
     ) -> list[ctypes.CDLL]:
@@ -77,7 +77,7 @@ class Machine:
 
         Parameters
         ----------
-        groups : generated functions, one library each
+        functions : generated ones, a library each: a model with other sensors needs few others
         places : structures with members of the functions' names, C's structure Model first
         others : C that is compiled beside, the Kalman stage first
 
@@ -85,23 +85,19 @@ class Machine:
         -------
         The libraries of `others`.
         """
-        lifts = [[lifted(function) for function in group] for group in groups]
-        sources = [
-            CSource(generated([lift.function for lift in group]), is_of_model=True)
-            for group in lifts
-        ]
+        lifts = [lifted(function) for function in functions]
+        sources = [CSource(generated([lift.function]), is_of_model=True) for lift in lifts]
         paths = shared_libraries([*sources, *others])
         libraries = [ctypes.CDLL(str(path)) for path in paths]
         self._kept += libraries
-        for library, group, lifts_of_group in zip(libraries, groups, lifts, strict=False):
-            for function, lift in zip(group, lifts_of_group, strict=True):
-                entry = ctypes.cast(library[function.name()], ctypes.c_void_p)
-                constants = self._value("constants", lift.constants)
-                made = Function(entry, constants, function.n_in(), function.n_out())
-                for place in places:
-                    if isinstance(getattr(place, function.name(), None), Function):
-                        setattr(place, function.name(), made)
-        stage, *rest = libraries[len(groups) :]
+        for library, function, lift in zip(libraries, functions, lifts, strict=False):
+            entry = ctypes.cast(library[function.name()], ctypes.c_void_p)
+            constants = self._value("constants", lift.constants)
+            made = Function(entry, constants, function.n_in(), function.n_out())
+            for place in places:
+                if isinstance(getattr(place, function.name(), None), Function):
+                    setattr(place, function.name(), made)
+        stage, *rest = libraries[len(functions) :]
         for name in KERNEL:
             setattr(places[0], name, ctypes.cast(stage[f"kernel_{name}"], ctypes.c_void_p).value)
         return rest

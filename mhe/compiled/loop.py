@@ -75,7 +75,7 @@ def window_loop(
     needed = [function for function in window if function.name() not in left_out]
     lower, upper = limits(model)
     carry = carry_function(model) if scheme.converges else None
-    carried = [] if carry is None else [[carry]]
+    carried = [] if carry is None else [carry]
     descent = DESCENT_SOURCES if parts["CONVERGES"] else ()
     sources = [name for name in PASS_SOURCES if parts["LAGGED"] or name not in LAGGED_SOURCES]
     return Loop(
@@ -83,7 +83,7 @@ def window_loop(
         entry="window",
         memory=memory,
         lags=config.lags,
-        functions=[[transition, readings, *small], needed, *carried],
+        functions=[transition, readings, *small, *needed, *carried],
         fields={
             "work": workspace(
                 model,
