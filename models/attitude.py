@@ -58,35 +58,36 @@ def exponential(turn: ca.SX) -> ca.SX:
     return turn * ca.if_else(is_small, series, ca.tan(angle / 4) / angle)
 
 
-def turn(sigma: ca.SX, d: ca.SX) -> ca.SX:
-    """Return the turn in the world (an attitude) of a tangent vector (rad) at an attitude.
+def turn(N: ca.SX, d: ca.SX) -> ca.SX:
+    """Return the turn in the world (an attitude) of a tangent vector (rad) in a frame N (3, 3).
 
-    W = Exp(d₃ e_z) Exp(N (d₁, d₂, 0)): first a tilt about a level axis, in a frame that goes with
-    the heading N (`heading`), then a turn about the vertical. So whatever is known of a tilt
-    relative to the body stays so when the heading moves, however far.
+    W = Exp(d₃ e_z) Exp(N (d₁, d₂, 0)): first a tilt about a level axis, then a turn about the
+    vertical. In a frame that goes with the `heading` whatever is known of a tilt relative to the
+    body stays so when the heading moves, however far; in `fixed` axes what is known relative to
+    the world, a field, does.
     """
-    level = heading(sigma) @ ca.vertcat(d[0], d[1], 0)
+    level = N @ ca.vertcat(d[0], d[1], 0)
     return product(exponential(ca.vertcat(0, 0, d[2])), level / 4)
 
 
-def tangent(sigma: ca.SX, turn: ca.SX) -> ca.SX:
-    """Return the tangent vector of a turn in the world: its swing and twist about the vertical."""
+def tangent(N: ca.SX, turn: ca.SX) -> ca.SX:
+    """Return the tangent vector, in a frame, of a turn: its swing and twist about the vertical."""
     w, x, y, z = ca.vertsplit(quaternion(turn))
     is_half = w**2 + z**2 < HALF_SWING  # of half a turn any twist is as good: none
     cosine = ca.sqrt(ca.if_else(is_half, 1.0, w**2 + z**2))
     c, s = ca.if_else(is_half, 1.0, w / cosine), ca.if_else(is_half, 0.0, z / cosine)
     level = 4 / (1 + ca.if_else(is_half, 0.0, cosine)) * ca.vertcat(c * x + s * y, c * y - s * x, 0)
-    return heading(sigma).T @ level + ca.vertcat(0, 0, 2 * ca.atan2(s, c))
+    return N.T @ level + ca.vertcat(0, 0, 2 * ca.atan2(s, c))
 
 
 def retract(sigma: ca.SX, d: ca.SX) -> ca.SX:
-    """Return the attitude that a tangent vector is away."""
-    return product(turn(sigma, d), sigma)
+    """Return the attitude that a tangent vector, in the heading's frame, is away."""
+    return product(turn(heading(sigma), d), sigma)
 
 
 def difference(to: ca.SX, of: ca.SX) -> ca.SX:
     """Return the tangent vector from one attitude to another."""
-    return tangent(of, product(to, -of))
+    return tangent(heading(of), product(to, -of))
 
 
 def quaternion(sigma: ca.SX) -> ca.SX:
@@ -107,6 +108,11 @@ def heading(sigma: ca.SX) -> ca.SX:
     size = a**2 + b**2
     cos, sin = (a**2 - b**2) / size, 2 * a * b / size
     return ca.vertcat(ca.horzcat(cos, -sin, 0), ca.horzcat(sin, cos, 0), ca.horzcat(0, 0, 1))
+
+
+def fixed(_: ca.SX) -> ca.SX:
+    """Return the world's own axes (3, 3), whatever the attitude: a frame as `heading` is one."""
+    return ca.SX.eye(3)
 
 
 def level_part(sigma: ca.SX) -> ca.SX:

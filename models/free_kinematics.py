@@ -8,7 +8,7 @@ import numpy as np
 from models import attitude, free_pen
 from models.arrays import Array
 from models.body_model import Kinematics
-from models.free_pen import ALPHA, N_FREE, OMEGA, SIGMA, STATES, TIP, A, V
+from models.free_pen import ALPHA, N_FREE, OMEGA, SIGMA, STATES, TIP, A, Frame, V
 from models.motion import Motion
 from models.outputs import UNIFORM_ANGLE_STD_RAD, Outputs, TangentNames
 from models.pen_config import Prior
@@ -22,7 +22,7 @@ _AXES = ("about world x", "about world y", "about the vertical")
 
 
 def free_kinematics(
-    x: ca.SX, motion: Motion, prior: Prior, tip_std: tuple[float, float]
+    x: ca.SX, motion: Motion, prior: Prior, tip_std: tuple[float, float], *, frame: Frame
 ) -> Kinematics:
     """Return states and motion of a pen with six degrees of freedom.
 
@@ -30,22 +30,23 @@ def free_kinematics(
     ----------
     x : symbols (18,)
     tip_std : of the tip's first velocity (m/s) and acceleration (m/s²)
+    frame : of tilts, see `models.free_pen`
     """
     tip, turning = motion.tip.built(), motion.attitude.built()
     names, units = zip(*STATES, strict=True)
-    mean, covariance = _prior(prior, tip_std)
+    mean, covariance = _prior(prior, tip_std, frame)
     return Kinematics(
         x=x,
         names=names,
         units=units,
         step=lambda x, w, dt: free_pen.step(x, w, dt, tip, turning, centre_m=motion.tip.centre_m),
-        retract=free_pen.retract,
-        difference=free_pen.difference,
+        retract=lambda x, d: free_pen.retract(x, d, frame),
+        difference=lambda to, of: free_pen.difference(to, of, frame),
         mean=mean,
         covariance=covariance,
         regularity=attitude.level_part(x[SIGMA]),
         outputs=_outputs(x),
-        tangent=_tangent_names(x),
+        tangent=_tangent_names(x, frame),
     )
 
 
@@ -66,7 +67,7 @@ def _outputs(x: ca.SX) -> Outputs:
     return Outputs(tuple(table), units, function, wrapped)
 
 
-def _tangent_names(x: ca.SX) -> TangentNames:
+def _tangent_names(x: ca.SX, frame: Frame) -> TangentNames:
     """Turns, rates and accelerations in world axes, and whole changes of v and a.
 
     The tangent vector leaves out what turns with the attitude: δv = d_v + N d_θ × v.
@@ -80,7 +81,7 @@ def _tangent_names(x: ca.SX) -> TangentNames:
     ):
         names[part] = [f"{word} {axis}" for axis in _AXES]
         units[part] = [unit] * 3
-    N = attitude.heading(x[SIGMA])
+    N = frame(x[SIGMA])
     T[SIGMA, SIGMA] = N
     T[OMEGA, OMEGA] = T[ALPHA, ALPHA] = R
     for part in (V, A):
@@ -95,7 +96,7 @@ def attitude_of(azimuth_rad: float, elevation_rad: float, spin_rad: float) -> Ar
     return sigma
 
 
-def _prior(prior: Prior, tip_std: tuple[float, float]) -> tuple[Array, Array]:
+def _prior(prior: Prior, tip_std: tuple[float, float], frame: Frame) -> tuple[Array, Array]:
     """Return mean (18,) and covariance (18, 18) of the states."""
     mean, covariance = np.zeros(N_FREE), np.zeros((N_FREE, N_FREE))
     mean[TIP] = prior.tip_m
@@ -109,7 +110,7 @@ def _prior(prior: Prior, tip_std: tuple[float, float]) -> tuple[Array, Array]:
     ):
         covariance[part, part] = std**2 * np.eye(3)
     R = ca.evalf(attitude.body_to_world(ca.SX(mean[SIGMA]))).full()
-    M = ca.evalf(attitude.heading(ca.SX(mean[SIGMA]))).full().T @ R  # body to the tangent space
+    M = ca.evalf(frame(ca.SX(mean[SIGMA]))).full().T @ R  # body to the tangent space
     covariance[SIGMA, SIGMA] = M @ attitude_covariance(prior) @ M.T
     return mean, covariance
 

@@ -12,7 +12,7 @@ chains (`models.chains`), isotropic, so that no direction is told from another:
 A constant error of the attitude costs no noise and shows in no rate: a gyroscope alone tells
 nothing of tilt or heading, as it should. (White jerk on Euler angles makes it an inclinometer.)
 
-A tangent vector of the attitude is a tilt about a level axis, in a frame that goes with the
+A tangent vector of the attitude is a tilt about a level axis, in a frame N that goes with the
 heading, and then a turn about the vertical (`models.attitude.turn`); v and a turn with it:
 
     retract(x, d): R⁺ = W R, v⁺ = W v + d_v, a⁺ = W a + d_a, else added
@@ -24,6 +24,10 @@ state; and what is known of a tilt beside an accelerometer's bias stays so where
 goes. In the body's axes updates made an estimator believe in a heading, in the world's in a tilt.
 (Turning the tip too is worse: errors of truths drawn from the model are then larger than claimed.)
 
+A magnetometer leaves the turn about the field unseen, an axis of the world. With one N are the
+world's axes: in a frame that goes with the heading that axis moves with every update, and an
+estimator believes in a heading.
+
 References
 ----------
 Barrau, Bonnabel (2017), The invariant extended Kalman filter as a stable observer, IEEE Trans.
@@ -32,6 +36,7 @@ Automatic Control 62(4): errors whose unseen directions do not depend on the est
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import casadi as ca
@@ -45,6 +50,8 @@ from models.sensor_kinds.mounted import Vector3
 TIP, SIGMA, V, OMEGA, A, ALPHA = (slice(3 * i, 3 * i + 3) for i in range(6))
 N_FREE = 18
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)
+Frame = Callable[[ca.SX], ca.SX]
+"""Attitude σ (3,) → the axes (3, 3) of tilts: `models.attitude.heading` or `fixed`."""
 
 STATES: tuple[tuple[str, str], ...] = tuple(
     (pattern.format(axis), unit)
@@ -138,9 +145,9 @@ def step(
     return ca.vertcat(centre + moved[0], sigma, moved[1], rate, moved[2], acceleration)
 
 
-def retract(x: ca.SX, d: ca.SX) -> ca.SX:
-    """Return the states (18,) that a tangent vector (18,) is away."""
-    turn = attitude.turn(x[SIGMA], d[SIGMA])
+def retract(x: ca.SX, d: ca.SX, frame: Frame = attitude.heading) -> ca.SX:
+    """Return the states (18,) that a tangent vector (18,) is away; `frame` is that of tilts."""
+    turn = attitude.turn(frame(x[SIGMA]), d[SIGMA])
     W = attitude.body_to_world(turn)
     return ca.vertcat(
         x[TIP] + d[TIP],
@@ -152,13 +159,13 @@ def retract(x: ca.SX, d: ca.SX) -> ca.SX:
     )
 
 
-def difference(to: ca.SX, of: ca.SX) -> ca.SX:
-    """Return the tangent vector (18,) from one to another."""
+def difference(to: ca.SX, of: ca.SX, frame: Frame = attitude.heading) -> ca.SX:
+    """Return the tangent vector (18,) from one to another; `frame` is that of tilts."""
     turn = attitude.product(to[SIGMA], -of[SIGMA])
     W = attitude.body_to_world(turn)
     return ca.vertcat(
         to[TIP] - of[TIP],
-        attitude.tangent(of[SIGMA], turn),
+        attitude.tangent(frame(of[SIGMA]), turn),
         to[V] - W @ of[V],
         to[OMEGA] - of[OMEGA],
         to[A] - W @ of[A],

@@ -23,11 +23,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from models import attitude
 from models.arrays import Array
 from models.body_model import Kinematics, body_model, check_rest, choose_sensors, rest_of
 from models.euler_pen import euler_body, euler_kinematics, tip_std
 from models.free_kinematics import free_kinematics
-from models.free_pen import N_FREE, FreeBody
+from models.free_pen import N_FREE, Frame, FreeBody
 from models.heading import free_heading_symmetry, heading_symmetry
 from models.kinematics import Body
 from models.level import UP, up_direction
@@ -72,7 +73,9 @@ def pen_model(
         chosen |= rest_of(config.sensors, chosen)
     check_rest(chosen, f"pen {config.name}")
     is_free = config.degrees_of_freedom == 6
-    kinematics, body = pen_kinematics(config, has_camera=has_camera)
+    sees_north = any(sensor.sees_north for sensor in chosen.values())
+    frame = attitude.fixed if sees_north else attitude.heading
+    kinematics, body = pen_kinematics(config, has_camera=has_camera, frame=frame)
     up = up_direction(config.level_rad)
     moving = MovingBody(body, config.gravity_m_s2, has_spin=is_free, up=up)
     name = f"{config.name}, {config.degrees_of_freedom} degrees of freedom"
@@ -93,20 +96,25 @@ def pen_model(
     )
 
 
-def pen_kinematics(config: PenConfig, *, has_camera: bool) -> tuple[Kinematics, Body]:
+def pen_kinematics(
+    config: PenConfig, *, has_camera: bool, frame: Frame = attitude.heading
+) -> tuple[Kinematics, Body]:
     """Return the states of a pen without its sensors, and its body in their symbols.
 
     Parameters
     ----------
     has_camera : see `models.euler_pen.tip_std`
+    frame : of tilts, for a pen that turns freely; see `models.free_pen`
     """
-    return (_free_pen if config.degrees_of_freedom == 6 else _paper_pen)(config, has_camera)
+    if config.degrees_of_freedom == 6:
+        return _free_pen(config, has_camera, frame)
+    return _paper_pen(config, has_camera)
 
 
-def _free_pen(config: PenConfig, has_camera: bool) -> tuple[Kinematics, Body]:
+def _free_pen(config: PenConfig, has_camera: bool, frame: Frame) -> tuple[Kinematics, Body]:
     x = ca.SX.sym("x", N_FREE)
     first = tip_std(config.motion, config.prior, has_camera=has_camera)
-    return free_kinematics(x, config.motion, config.prior, first), FreeBody(x)
+    return free_kinematics(x, config.motion, config.prior, first, frame=frame), FreeBody(x)
 
 
 def _paper_pen(config: PenConfig, has_camera: bool) -> tuple[Kinematics, Body]:

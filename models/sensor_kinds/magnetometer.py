@@ -32,6 +32,7 @@ class Magnetometer(VectorSensor):
     noise_std_ut : of a sample in each axis; larger trusts it less
     """
 
+    sees_north: ClassVar[bool] = True
     is_disturbed: ClassVar[bool] = True
     si_unit: ClassVar[str] = "ut"
     kind: Literal["magnetometer"] = "magnetometer"

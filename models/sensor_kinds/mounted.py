@@ -46,6 +46,7 @@ class SensorBase(UnitConfig):
     reads_rate : whether it reads angular rates, rad/s, about its axes
     reads_touch : whether it reads the height of a plane, and only while the tip touches it
     is_rest : whether it reads zero angular rate, and only while the body rests
+    sees_north : whether it reads a field of the world that has a heading
     is_disturbed : whether its surroundings disturb it often: a watch suspects it first
     is_mounted : whether it has a place and an orientation, as a `MountedSensor`
     """
@@ -55,6 +56,7 @@ class SensorBase(UnitConfig):
     reads_rate: ClassVar[bool] = False
     reads_touch: ClassVar[bool] = False
     is_rest: ClassVar[bool] = False
+    sees_north: ClassVar[bool] = False
     is_disturbed: ClassVar[bool] = False
     is_mounted: ClassVar[bool] = False
     if TYPE_CHECKING:

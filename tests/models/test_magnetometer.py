@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import pen_mhe as pm
+from estimation.information_bound import information_bound
 from models.errors import InputError
+from models.free_pen import SIGMA
 from models.level import from_gravity_frame, up_direction
 from models.pen import pen_model
 from models.pen_file import parse_pen
@@ -85,6 +88,40 @@ def test_observe_says_that_azimuth_is_seen() -> None:
         assert found.by_motion["handwriting"].sees("azimuth_rad") == is_seen
         row = next(row for row in found.rows() if row[0] == "azimuth_rad")
         assert row[2].startswith("not observable") != is_seen
+
+
+@pytest.mark.parametrize("level_rad", [(0.0, 0.0), (0.1, -0.2)])
+def test_the_turn_about_the_field_is_unseen_along_one_tangent_vector(
+    level_rad: tuple[float, float],
+) -> None:
+    """Of all states; in the heading's frame it is another at each."""
+    sensor = Magnetometer(**MAGNETOMETER)  # type: ignore[call-arg]
+    model = pen_model(pen(6, {"mag": sensor}, level_rad=level_rad))
+    x, d = ca.SX.sym("x", model.n_x), ca.SX.sym("d", model.n_x)
+    read = model.sensor("mag").h(model.retract(x, d))
+    slope = ca.Function("H", [x, d], [ca.jacobian(read, d)])
+    field = np.array(sensor.field_ut(up_direction(level_rad)))
+    rng = np.random.default_rng(32)
+    for _ in range(5):
+        state = np.zeros(model.n_x)
+        state[:18] = random_state(rng, 6)[:18]
+        H = slope(state, np.zeros(model.n_x)).full()[:, SIGMA]
+        np.testing.assert_allclose(H @ field / 48.0, 0.0, rtol=0, atol=1e-11)
+        assert np.linalg.matrix_rank(H, tol=1.0) == 2
+
+
+def test_no_more_heading_is_claimed_than_the_bound_along_the_truth() -> None:
+    """While tilt and heading come in; with tilts in the heading's frame 0.6 of it was."""
+    recording = written(SEEDS[0], 1.0)
+    model = pm.pen_model(compass_pen(), SENSORS)
+    history = pm.run(pm.create_estimator("ekf", model), recording)
+    assert recording.truth is not None
+    states = recording.truth.states(model.state_names, history.time_s)
+    bound = information_bound(model, recording.measurements(model), states)
+    known = bound.std[:, bound.names.index("azimuth_rad")]
+    early = history.time_s >= 0.05
+    ratio = history.std_of("azimuth_rad")[early] / known[early]
+    assert 0.85 < ratio.min() < ratio.max() < 1.15
 
 
 def rms_deg(estimator: str, seeds: range) -> float:
