@@ -28,7 +28,7 @@ CENTURY_S = (946_684_800.0, 4_102_444_800.0)
 """2000 to 2100, from 1970."""
 _RATE = re.compile(
     r"(?:(?:update|sampl\w*|output|data|frame)[ _]*(?:rate|freq\w*)\D{0,20}?"
-    r"|^(?:Trajectories|Segments|Joints|Model Outputs)\s*$\s*)(\d+(?:[.,]\d+)?)",
+    r"|^(?:Trajectories|Segments|Joints|Model Outputs|Devices)\s*$\s*)(\d+(?:[.,]\d+)?)",
     re.IGNORECASE | re.MULTILINE,
 )
 

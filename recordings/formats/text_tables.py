@@ -27,7 +27,7 @@ from recordings.foreign.told import counted
 from recordings.formats.cell_limits import check_cells
 from recordings.formats.columns import loose_numbers
 from recordings.formats.json_tables import is_json, read_json_table
-from recordings.formats.serial_lines import line_form, rewritten
+from recordings.formats.line_forms import line_form, rewritten
 from recordings.formats.unpacked import open_text
 
 TEXT_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".tab", ".mtb")
@@ -65,10 +65,11 @@ def read_text_table(
         lines = list(islice(_lines(file.read(SAMPLE_BYTES)), SAMPLE_LINES))
         if sum(map(is_json, lines)) > 0.5 * len(lines):
             return read_json_table(path, where, header=header)
-        if form := line_form(lines):
+        form = line_form(lines)
+        if form is not None:
             file.seek(start)
             file, start = opened.enter_context(rewritten(file, form)), 0
-            lines = [form.row(line) for line in lines]
+            lines = list(form.rows(lines))
             header = header or form.names
         dialect = sniffed(lines)
         if dialect is None:
@@ -86,7 +87,7 @@ def read_text_table(
     frame, short = _without_chatter(respelt(frame, dialect.decimal))
     unnamed = [n for n in frame.columns if n.startswith("column ") and frame[n].isna().all()]
     frame = frame.drop(columns=[] if header else unnamed)
-    said, repairs = _said(dialect, encoding), []
+    said, repairs = [*_said(dialect, encoding), *(form.said if form else ())], []
     if longer + short:
         lines_out = counted(longer + short, "line")
         repairs.append(f"{lines_out} left out, no row of {dialect.columns} cells")
