@@ -69,6 +69,8 @@ class Stamps:
 
     def first_s(self) -> float:
         """Return the first stamp, s."""
+        if len(self.raw) and np.isfinite(self.raw[0]):
+            return float(self.raw[0]) * self.unit.factor
         known = np.isfinite(self.raw)
         return float(self.raw[known.argmax()]) * self.unit.factor if known.any() else 0.0
 

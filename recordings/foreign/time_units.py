@@ -107,6 +107,9 @@ def _off(step_s: float) -> float:
 
 def usual_step(values: Array) -> float | None:
     """Return the median of the steps forward; None where there is none."""
+    steps = np.diff(values)
+    if len(steps) and steps.min() > 0 and np.isfinite(steps.max()):  # NaN is not
+        return float(np.median(steps))
     steps = np.diff(values[np.isfinite(values)])
     forward = steps[steps > 0]
     return float(np.median(forward)) if len(forward) else None

@@ -87,6 +87,8 @@ def block_form(lines: Sequence[str]) -> LineForm | None:
 
     An instant begins below an empty line; without any, with the accelerometer.
     """
+    if sum(":" in line or "=" in line for line in lines) < 2:
+        return None
     kinds = [_kind(line)[0] for line in lines]
     counted = Counter(kind for kind in kinds if _is_labelled(kind[0]))
     if not counted:

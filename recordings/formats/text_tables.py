@@ -81,9 +81,9 @@ def read_text_table(
         file.seek(start)
         delimiters = b" \t" if dialect.delimiter == " " else dialect.delimiter.encode()
         check_most("columns", dialect.columns, where)
-        check_cells(file, dialect.columns, where, delimiters=delimiters, start=start)
+        blanks = check_cells(file, dialect.columns, where, delimiters=delimiters, start=start)
         file.seek(start)
-        frame, longer = _frame(file, dialect, names, where)
+        frame, longer = _frame(file, dialect, names, where, blanks=blanks)
     frame, short = _without_chatter(respelt(frame, dialect.decimal))
     unnamed = [n for n in frame.columns if n.startswith("column ") and frame[n].isna().all()]
     frame = frame.drop(columns=[] if header else unnamed)
@@ -132,7 +132,7 @@ def _names(
 
 
 def _frame(
-    file: BinaryIO, dialect: Dialect, names: list[str], where: str
+    file: BinaryIO, dialect: Dialect, names: list[str], where: str, *, blanks: bool
 ) -> tuple[pd.DataFrame, int]:
     """Return the rows, and how many lines had too many cells."""
     above = 0 if _at_line(file, dialect.first_line) else dialect.first_line
@@ -148,7 +148,7 @@ def _frame(
                 skiprows=above,
                 index_col=False,
                 na_values=_NA,
-                skipinitialspace=True,
+                skipinitialspace=blanks,  # which costs a third of the reading
                 on_bad_lines="warn",
                 encoding_errors="replace",
             )

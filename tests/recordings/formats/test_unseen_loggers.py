@@ -100,7 +100,8 @@ TEXTS: dict[str, Callable[[], str | bytes]] = {
     "vicon.csv": lambda: rows(
         [np.arange(len(T)) // 5, np.arange(len(T)) % 5, *both(1.0, DEG)],
         "Devices\n100\n,,IMU - Accel,,,IMU - Gyro,,\n"
-        "Frame,Sub Frame,Acc X,Acc Y,Acc Z,Gyro X,Gyro Y,Gyro Z\n,,m/s²,m/s²,m/s²,deg/s,deg/s,deg/s"),
+        "Frame,Sub Frame,Acc X,Acc Y,Acc Z,Gyro X,Gyro Y,Gyro Z\n"
+        ",,m/s²,m/s²,m/s²,deg/s,deg/s,deg/s"),
     "gbk.txt": lambda: rows([T, *both(G, DEG)], f"时间(s),{ZH}").encode("gbk"),
     "sjis.csv": lambda: rows([T, *both(G, DEG)], f"時刻[s],{ZH}").encode("shift_jis"),
     "colons.csv": lambda: "\n".join([
