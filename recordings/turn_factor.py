@@ -96,7 +96,7 @@ def _turns(
             or np.sqrt(np.mean(is_rough[here] ** 2)) > GENTLE
         ):
             continue
-        phase, dt = 2 * np.pi * (t[here] - start) / WINDOW_S, np.gradient(t[here])
+        phase, dt = 2 * np.pi * (t[here] - start) / WINDOW_S, _steps(t[here])
         phi, phi_dot = (1 - np.cos(phase)) / 2, np.pi / WINDOW_S * np.sin(phase)
         deltas.append(-(phi_dot * dt) @ u[here])
         predictions.append(-(phi * dt) @ turn_rate[here])
@@ -108,5 +108,16 @@ def _samples(time_s: Array, start_s: float) -> slice:
     return slice(int(first), int(end))
 
 
+def _steps(time_s: Array) -> Array:
+    """Return half of the way from the sample before to the one behind: `numpy.gradient`."""
+    found = np.empty(len(time_s))
+    found[1:-1] = (time_s[2:] - time_s[:-2]) / 2
+    found[0], found[-1] = time_s[1] - time_s[0], time_s[-1] - time_s[-2]
+    return found
+
+
 def _longest_gap_s(time_s: Array, start_s: float) -> float:
-    return float(np.diff(time_s, prepend=start_s, append=start_s + WINDOW_S).max())
+    if not len(time_s):
+        return WINDOW_S
+    ends = time_s[0] - start_s, start_s + WINDOW_S - time_s[-1]
+    return float(max(*ends, (time_s[1:] - time_s[:-1]).max(initial=0.0)))

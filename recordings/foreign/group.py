@@ -62,17 +62,21 @@ class Group:
         """Return the readings (n, k), NaN where there is none: as they stand, or times factors."""
         where = f"recording {self.table.name}"
         whole = isinstance(rows, slice) and rows == ALL
-        frame = self.table.frame if whole else self.table.frame.iloc[rows]
-        found = np.empty((len(frame), len(axes)))
+        some = None if whole else rows
+        found = None
         for k, axis in enumerate(axes):
-            found[:, k] = numbers(frame[self.headers[axis]], where)
+            column = self._column(self.headers[axis], some, where)
+            if found is None:
+                found = np.empty((len(column), len(axes)))
             if self.added is not None:
-                found[:, k] += numbers(frame[self.added[axis]], where)
-            if axis in self.signs:
-                found[:, k] *= self.signs[axis]
-            if factors is not None:
-                found[:, k] *= factors[k]
-        return found
+                column = column + self._column(self.added[axis], some, where)
+            factor = self.signs.get(axis, 1.0) * (1.0 if factors is None else float(factors[k]))
+            np.multiply(column, factor, out=found[:, k])
+        return np.empty((0, 0)) if found is None else found
+
+    def _column(self, header: str, rows: Rows | None, where: str) -> Array:
+        cells = self.table.frame[header]
+        return numbers(cells if rows is None else cells.iloc[rows], where)
 
     def factors(self, axes: Sequence[str], factor: float) -> Array:
         """Return the factors to SI (k,): those of the columns' own names, else one for all.

@@ -57,9 +57,12 @@ def recording_of_clock(
             _check_axes(group, sensor, axes, where)
             factors = group.factors(axes, scales[sensor].unit.factor)
             values = group.values(axes, rows, factors=factors)
-        gaps = [np.isnan(column) for column in values.T]
-        missing = np.logical_or.reduce(gaps)
-        if not any(gap.all() for gap in gaps):
+        if len(values) and not np.isnan(values.min()):  # then none is missing
+            readings[sensor] = values
+            continue
+        gaps = np.isnan(values)
+        missing = gaps.any(axis=1)
+        if not gaps.all(axis=0).any():
             readings[sensor] = values
             if missing.any():
                 of_all = f"{int(missing.sum())} of {len(values)} rows"

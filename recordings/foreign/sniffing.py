@@ -33,6 +33,8 @@ _COMMENT = re.compile(r"^\s*(?:#+|%+|//+|;+)\s*")
 _LEAST_NUMBERS = 0.5
 """Part of a line's cells that are numbers where it is a row of data."""
 _HEADER_ROWS = 3
+_LEAST_COLUMNS, _AS_GOOD = 4, 0.9
+"""Columns by tabs, and how good they are against those by blanks, where blanks part no cells."""
 _MOST_ABOVE, _IN_A_ROW = 10, 5
 """Lines of numbers above the header (of markers, of sensors), and how many rows follow each other
 where they are none.
@@ -71,7 +73,7 @@ def sniffed(lines: Sequence[str]) -> Dialect | None:
     ]
     if not found:
         return None
-    _, _, delimiter = max(found)
+    _, _, delimiter = max(one for one in found if not _is_within_cells(one, found))
     rows = [split_cells(line, delimiter) for line in lines]
     data = [i for i, cells in enumerate(rows) if _is_data(cells)]
     columns = Counter(len(rows[i]) for i in data).most_common(1)[0][0]
@@ -85,6 +87,17 @@ def sniffed(lines: Sequence[str]) -> Dialect | None:
     names, start = _header(rows, first, columns, trailing=trailing)
     return Dialect(
         delimiter, "," if commas > points else ".", names, first, columns, "\n".join(lines[:start])
+    )
+
+
+_Found = tuple[tuple[float, float, int], int, str]
+
+
+def _is_within_cells(one: _Found, found: Sequence[_Found]) -> bool:
+    """Whether blanks are within cells, of a date: tabs make about as many cells numbers."""
+    return one[2] == " " and any(
+        delimiter == "\t" and columns >= _LEAST_COLUMNS and alike >= _AS_GOOD * one[0][0]
+        for (alike, _, columns), _, delimiter in found
     )
 
 

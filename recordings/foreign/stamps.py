@@ -69,6 +69,8 @@ class Stamps:
 
     def first_s(self) -> float:
         """Return the first stamp, s."""
+        if len(self.raw) and np.isfinite(self.raw[0]):
+            return float(self.raw[0]) * self.unit.factor
         known = np.isfinite(self.raw)
         return float(self.raw[known.argmax()]) * self.unit.factor if known.any() else 0.0
 
@@ -176,8 +178,11 @@ def _counted(
     frame = table.frame
     counters = [name for name in frame if "".join(words_of(str(name))) in _COUNTERS]
     if rate_hz is not None:
-        name = str(counters[0]) if counters else "row"
-        numbers = loose_numbers(frame[name]) if counters else np.arange(len(frame), dtype=float)
+        name, numbers = "row", np.arange(len(frame), dtype=float)
+        if counters:
+            counts = loose_numbers(frame[counters[0]])
+            if _counts_rows(counts):
+                name, numbers = str(counters[0]), counts
         wraps = np.cumsum(np.diff(numbers, prepend=numbers[:1]) < -_COUNTER_OVERFLOW / 2)
         raw = numbers + wraps * _COUNTER_OVERFLOW
         return Stamps(
@@ -189,6 +194,11 @@ def _counted(
         f"{where}: no column of times{named}, expected one like time_s, or --columns "
         f'"time=NAME", or "time=100Hz" for rows at that rate'
     )
+
+
+def _counts_rows(counts: Array) -> bool:
+    """Whether most rows have a number of their own: Vicon's frames have several devices' rows."""
+    return len(counts) < 2 or float(np.median(np.nan_to_num(np.diff(counts)))) > 0
 
 
 def _unwrapped(stamps: Stamps) -> Stamps:

@@ -28,7 +28,7 @@ CENTURY_S = (946_684_800.0, 4_102_444_800.0)
 """2000 to 2100, from 1970."""
 _RATE = re.compile(
     r"(?:(?:update|sampl\w*|output|data|frame)[ _]*(?:rate|freq\w*)\D{0,20}?"
-    r"|^(?:Trajectories|Segments|Joints|Model Outputs)\s*$\s*)(\d+(?:[.,]\d+)?)",
+    r"|^(?:Trajectories|Segments|Joints|Model Outputs|Devices)\s*$\s*)(\d+(?:[.,]\d+)?)",
     re.IGNORECASE | re.MULTILINE,
 )
 
@@ -107,6 +107,9 @@ def _off(step_s: float) -> float:
 
 def usual_step(values: Array) -> float | None:
     """Return the median of the steps forward; None where there is none."""
+    steps = np.diff(values)
+    if len(steps) and steps.min() > 0 and np.isfinite(steps.max()):  # NaN is not
+        return float(np.median(steps))
     steps = np.diff(values[np.isfinite(values)])
     forward = steps[steps > 0]
     return float(np.median(forward)) if len(forward) else None

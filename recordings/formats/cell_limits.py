@@ -27,20 +27,26 @@ def check_cells(
     limits: Sequence[str] = WHOLE,
     delimiters: bytes = b",",
     start: int = 0,
-) -> None:
-    """Raise `InputError` where a text has a cell, or rows, beyond the limits, or a zero byte.
+) -> bool:
+    """Return whether a cell may begin with a blank.
 
     Parameters
     ----------
     limits : of the rows; none where they are not kept
     delimiters : each separates cells
     start : of the text in the file
+
+    Raises
+    ------
+    InputError
+        If a text has a cell, or rows, beyond the limits, or a zero byte.
     """
-    longest, rows, since = most("cell_bytes"), 0, 0
+    longest, rows, since, is_blank = most("cell_bytes"), 0, 0, False
     file.seek(start)
     while piece := file.read(PIECE):
         if b"\0" in piece:
             raise InputError(f"{where}: holds a zero byte, expected text")
+        is_blank = is_blank or _begins_blank(piece, delimiters + b"\r\n")
         gaps, ends = _gaps(piece, since, b"\n")
         lines = len(ends)
         if int(gaps.max()) > longest:  # lines with more than a cell may have: look at their cells
@@ -55,6 +61,16 @@ def check_cells(
         for limit in limits:
             check_most(limit, rows * (columns if limit == "values" else 1), where)
     file.seek(start)
+    return is_blank
+
+
+def _begins_blank(piece: bytes, marks: bytes) -> bool:
+    """Whether a blank stands behind a mark, or first."""
+    if b" " not in piece:
+        return False
+    found = np.frombuffer(piece, dtype=np.uint8)
+    before = found[np.flatnonzero(found[1:] == ord(" "))]
+    return piece.startswith(b" ") or bool(np.isin(before, list(marks)).any())
 
 
 def _gaps(piece: bytes, since: int, marks: bytes) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

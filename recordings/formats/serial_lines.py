@@ -7,14 +7,13 @@ So print sketches to a serial monitor, which may put the time of day in front of
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import BinaryIO, Protocol
+from typing import Protocol
 
 from recordings.foreign.column_names import kind_of_words
-from recordings.foreign.header_units import unit_of
+from recordings.foreign.header_units import split_header, unit_of
 from recordings.foreign.sniffing import Dialect, sniffed
-from recordings.formats.unpacked import spooled
 
 LEAST_ALIKE = 0.5
 """Part of the lines that name the same, from which they are rows."""
@@ -22,7 +21,7 @@ LEAST_KEYS = 2
 _TIME_OF_DAY = r"\d{1,2}:\d{2}:\d{2}(?:\.\d{1,9})?"
 _DIGITS = r"[+-]?(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?"
 _NUMBER = re.compile(
-    rf"(?<![\w.:])(?:(?P<stamp>{_TIME_OF_DAY})|{_DIGITS})(?![\w:])"
+    rf"(?<![\w.:^])(?:(?P<stamp>{_TIME_OF_DAY})|{_DIGITS})(?![\w:])"
     rf"|(?<=[A-Za-z]:){_DIGITS}(?![\w:])"
 )
 _KEY = re.compile(r"[A-Za-z_][^:=]{0,40}[:=]\s*$|[A-Za-z_]\s*[:=]\s*$")
@@ -30,6 +29,8 @@ _WORD = re.compile(r"[A-Za-z]")
 _PREFIX = re.compile(rf"\s*({_TIME_OF_DAY})\s*->\s?(.*)", re.DOTALL)
 _ESP_LOG = re.compile(r"^[EWIDV] \($")
 _AXES = "xyzw"
+_OPEN = " \t,;|>"
+_OPENED = re.compile(r"(?<=[:=])\s*\($")
 
 
 class LineForm(Protocol):
@@ -39,8 +40,16 @@ class LineForm(Protocol):
     def names(self) -> tuple[str, ...] | None:
         """The columns' names; None where nothing names them."""
 
-    def row(self, line: str) -> str:
-        """Return a line as cells; a line that is no row as text without commas."""
+    @property
+    def said(self) -> tuple[str, ...]:
+        """Sentences on what such lines are taken for."""
+
+    @property
+    def ends_lines(self) -> bool:
+        """Whether every line ends where it says so, so that a last one without was cut off."""
+
+    def rows(self, lines: Iterable[str]) -> Iterator[str]:
+        """Yield rows of cells; a line that is part of none as text without commas."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +64,14 @@ class Labelled:
 
     names: tuple[str, ...]
     labels: tuple[str, ...]
+    said: tuple[str, ...] = ()
+    ends_lines: bool = False
 
-    def row(self, line: str) -> str:
+    def rows(self, lines: Iterable[str]) -> Iterator[str]:
         """See `LineForm`."""
-        labels, numbers, _ = _split(line)
-        return ",".join(numbers) if labels == self.labels else line.replace(",", " ")
+        for line in lines:
+            labels, numbers, _ = split_line(line)
+            yield ",".join(numbers) if labels == self.labels else line.replace(",", " ")
 
 
 @dataclass(frozen=True)
@@ -74,15 +86,18 @@ class Stamped:
 
     delimiter: str
     names: tuple[str, ...] | None
+    said: tuple[str, ...] = ()
+    ends_lines: bool = False
 
-    def row(self, line: str) -> str:
+    def rows(self, lines: Iterable[str]) -> Iterator[str]:
         """See `LineForm`."""
-        found = _PREFIX.fullmatch(line)
-        return f"{found[1]}{self.delimiter}{found[2]}" if found else line
+        for line in lines:
+            found = _PREFIX.fullmatch(line)
+            yield f"{found[1]}{self.delimiter}{found[2]}" if found else line
 
 
-def line_form(lines: Sequence[str]) -> LineForm | None:
-    """Return how lines, the first of a text, are to be rewritten; None where they are rows."""
+def labelled_form(lines: Sequence[str]) -> LineForm | None:
+    """Return the form of lines of numbers with names, or the time of day, in front; else None."""
     form = _labelled(lines)
     if form is not None:
         dialect = sniffed(lines)
@@ -101,23 +116,13 @@ def line_form(lines: Sequence[str]) -> LineForm | None:
     return None
 
 
-def rewritten(file: BinaryIO, form: LineForm) -> BinaryIO:
-    """Return the rest of a text in a form of lines, at its beginning."""
-    found = spooled()
-    for line in file:
-        text = line.decode("utf-8", "replace").rstrip("\r\n")
-        found.write(form.row(text).encode() + b"\n")
-    found.seek(0)
-    return found
-
-
 def _is_plain(dialect: Dialect | None) -> bool:
     """Whether lines are a table with a header as they stand."""
     return dialect is not None and dialect.header is not None
 
 
 def _labelled(lines: Sequence[str]) -> Labelled | None:
-    split = [_split(line) for line in lines]
+    split = [split_line(line) for line in lines]
     found = [labels for labels, _, _ in split]
     named = [labels for labels in found if sum(map(bool, labels)) >= LEAST_KEYS]
     if not named:
@@ -127,23 +132,24 @@ def _labelled(lines: Sequence[str]) -> Labelled | None:
     if named.count(most) < LEAST_ALIKE * len(told):
         return None
     end = next(end for labels, _, end in split if labels == most)
-    return Labelled(_names(most, end), most)
+    return Labelled(names_of(most, end), most)
 
 
-def _split(line: str) -> tuple[tuple[str, ...], list[str], str]:
+def split_line(line: str) -> tuple[tuple[str, ...], list[str], str]:
     """Return what stands in front of each number, nothing where that has no letter, these, and
     what stands behind the last.
     """
     labels, numbers, at = [], [], 0
     for found in _NUMBER.finditer(line):
-        text = line[at : found.start()].strip(" \t,;|>")
+        text = line[at : found.start()].lstrip(_OPEN + "])").rstrip(_OPEN + "[")
+        text = _OPENED.sub("", text)
         labels.append(("time:" if found["stamp"] else "") if not _WORD.search(text) else text)
         numbers.append(found[0])
         at = found.end()
     return tuple(labels), numbers, line[at:].strip()
 
 
-def _names(labels: Sequence[str], end: str) -> tuple[str, ...]:
+def names_of(labels: Sequence[str], end: str) -> tuple[str, ...]:
     """Return a name for each number: an axis alone, or no word, belongs to the words before."""
     names: list[str] = []
     stem, axis, first = "", 0, 0
@@ -176,5 +182,5 @@ def _names(labels: Sequence[str], end: str) -> tuple[str, ...]:
 
 
 def _names_a_kind(label: str) -> bool:
-    words = label.split()
+    words = split_header(label)[0].split()
     return bool(words) and kind_of_words(words[-1]) is not None

@@ -66,7 +66,7 @@ def _read_parquet(path: Path, where: str) -> pd.DataFrame:
     table = read_arrow(path, where, "a parquet table")
     table = table.select(own_columns(table.column_names))
     check_header(table.column_names, where)
-    return table.to_pandas()
+    return table.to_pandas(split_blocks=True)  # a column is as it was read, not copied to others
 
 
 _READERS = MappingProxyType({".csv": read_csv, ".parquet": _read_parquet})

@@ -27,7 +27,7 @@ from recordings.foreign.told import counted
 from recordings.formats.cell_limits import check_cells
 from recordings.formats.columns import loose_numbers
 from recordings.formats.json_tables import is_json, read_json_table
-from recordings.formats.serial_lines import line_form, rewritten
+from recordings.formats.line_forms import line_form, rewritten
 from recordings.formats.unpacked import open_text
 
 TEXT_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".tab", ".mtb")
@@ -65,10 +65,11 @@ def read_text_table(
         lines = list(islice(_lines(file.read(SAMPLE_BYTES)), SAMPLE_LINES))
         if sum(map(is_json, lines)) > 0.5 * len(lines):
             return read_json_table(path, where, header=header)
-        if form := line_form(lines):
+        form = line_form(lines)
+        if form is not None:
             file.seek(start)
             file, start = opened.enter_context(rewritten(file, form)), 0
-            lines = [form.row(line) for line in lines]
+            lines = list(form.rows(lines))
             header = header or form.names
         dialect = sniffed(lines)
         if dialect is None:
@@ -80,13 +81,13 @@ def read_text_table(
         file.seek(start)
         delimiters = b" \t" if dialect.delimiter == " " else dialect.delimiter.encode()
         check_most("columns", dialect.columns, where)
-        check_cells(file, dialect.columns, where, delimiters=delimiters, start=start)
+        blanks = check_cells(file, dialect.columns, where, delimiters=delimiters, start=start)
         file.seek(start)
-        frame, longer = _frame(file, dialect, names, where)
+        frame, longer = _frame(file, dialect, names, where, blanks=blanks)
     frame, short = _without_chatter(respelt(frame, dialect.decimal))
     unnamed = [n for n in frame.columns if n.startswith("column ") and frame[n].isna().all()]
     frame = frame.drop(columns=[] if header else unnamed)
-    said, repairs = _said(dialect, encoding), []
+    said, repairs = [*_said(dialect, encoding), *(form.said if form else ())], []
     if longer + short:
         lines_out = counted(longer + short, "line")
         repairs.append(f"{lines_out} left out, no row of {dialect.columns} cells")
@@ -131,7 +132,7 @@ def _names(
 
 
 def _frame(
-    file: BinaryIO, dialect: Dialect, names: list[str], where: str
+    file: BinaryIO, dialect: Dialect, names: list[str], where: str, *, blanks: bool
 ) -> tuple[pd.DataFrame, int]:
     """Return the rows, and how many lines had too many cells."""
     above = 0 if _at_line(file, dialect.first_line) else dialect.first_line
@@ -147,7 +148,7 @@ def _frame(
                 skiprows=above,
                 index_col=False,
                 na_values=_NA,
-                skipinitialspace=True,
+                skipinitialspace=blanks,  # which costs a third of the reading
                 on_bad_lines="warn",
                 encoding_errors="replace",
             )

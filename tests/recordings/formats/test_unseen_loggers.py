@@ -18,7 +18,7 @@ from models.errors import InputError
 from recordings.foreign.column_names import kind_named, meaning
 from recordings.foreign.header_units import split_header
 from recordings.foreign.sniffing import is_number
-from recordings.formats.serial_lines import line_form
+from recordings.formats.line_forms import line_form
 from tests.recordings.formats.logger_files import (
     DEG,
     FORCE,
@@ -92,6 +92,16 @@ TEXTS: dict[str, Callable[[], str | bytes]] = {
             f"{stamp.strftime('%Y-%m-%d %H:%M:%S.%f')[:-3]},WT901BLE67(d8:2e:1f),"
             f"{stamp.strftime('%Y-%m-%d %H:%M:%S:%f')[:-3]},{line}" for stamp, line in
             zip(STAMPS, rows(both(G, DEG)).splitlines(), strict=True))]),
+    "witmotion.txt": lambda: "\n".join([
+        "StartTime: 2024-05-01 12:00:00.000",
+        "address\tTime(s)\tax(g)\tay(g)\taz(g)\twx(deg/s)\twy(deg/s)\twz(deg/s)\tT(°)", *(
+            f"0x50\t{stamp.strftime('%Y-%m-%d %H:%M:%S.%f')[:-3]}\t{line}\t28.4" for stamp, line in
+            zip(STAMPS, rows(both(G, DEG), sep="\t").splitlines(), strict=True))]),
+    "vicon.csv": lambda: rows(
+        [np.arange(len(T)) // 5, np.arange(len(T)) % 5, *both(1.0, DEG)],
+        "Devices\n100\n,,IMU - Accel,,,IMU - Gyro,,\n"
+        "Frame,Sub Frame,Acc X,Acc Y,Acc Z,Gyro X,Gyro Y,Gyro Z\n"
+        ",,m/s²,m/s²,m/s²,deg/s,deg/s,deg/s"),
     "gbk.txt": lambda: rows([T, *both(G, DEG)], f"时间(s),{ZH}").encode("gbk"),
     "sjis.csv": lambda: rows([T, *both(G, DEG)], f"時刻[s],{ZH}").encode("shift_jis"),
     "colons.csv": lambda: "\n".join([
