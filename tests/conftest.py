@@ -11,6 +11,7 @@ import pytest
 
 import estimation.native
 from estimation.native import compiler
+from tests.cover import left_out
 
 QUICK_CC = str(Path(__file__).with_name("quick_cc"))
 
@@ -22,6 +23,15 @@ def pytest_configure(config: pytest.Config) -> None:
     """
     if config.option.markexpr == "not slow" and shutil.which("gcc"):
         os.environ.setdefault("CC", QUICK_CC)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Without slow tests, take of tests marked ``cover`` the cases of their cover only."""
+    if config.option.markexpr == "not slow" and (out := left_out(items)):
+        config.hook.pytest_deselected(items=out)
+        gone = set(out)
+        items[:] = [item for item in items if item not in gone]
 
 
 @pytest.fixture

@@ -164,6 +164,7 @@ def test_the_paths_go_where_they_are_said_to_go() -> None:
     assert np.linalg.norm(np.diff(through["mrp_x"])[None], axis=0).max() > 1.5
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("choice", CHOICES)
 @pytest.mark.parametrize("name", PATHS)
 @pytest.mark.parametrize(

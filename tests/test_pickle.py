@@ -100,6 +100,7 @@ def assert_equal(one: Any, other: Any) -> None:
         assert one == other
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda value: pickle.loads(pickle.dumps(value))])
 @pytest.mark.parametrize("name", VALUES)
 def test_a_value_comes_back(name: str, again: Callable[[Any], Any]) -> None:

@@ -22,6 +22,7 @@ from tests.classical_baseline.carriers import FORMS, SIGNS, about_x, about_y, no
 from tests.references.fixed_weight import fixed_weight_by_rotations
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("weight", [0.0, 0.25, 1.0, 20.0, 300.0])
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("sign", SIGNS)

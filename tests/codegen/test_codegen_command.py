@@ -25,6 +25,7 @@ def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(codegen_run, "find_target", lambda: None)
 
 
+@pytest.mark.cover
 @pytest.mark.usefixtures("unmeasured")
 @pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
 @pytest.mark.parametrize("precision", [(), ("--float32",)])

@@ -32,6 +32,7 @@ def test_in_double_precision(name: str, tmp_path: Path) -> None:
     compile_strictly(HOST, made(name, MODELS["turntable accel+gyro"]), tmp_path, CHECK)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("chain", TOOLCHAINS)
 @pytest.mark.parametrize(
     ("name", "real", "level"),
@@ -49,6 +50,7 @@ def test_at_levels_of_optimisation(
     compile_strictly(chain, made(name, pendulum.model(), real), tmp_path, (level,))
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("chain", TOOLCHAINS)
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_bounds_and_inequalities(chain: Toolchain, real: str, tmp_path: Path) -> None:

@@ -55,6 +55,7 @@ def next_posterior(
     return kalman.update(x, P, measurement.y, system.H, system.R)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
 @pytest.mark.parametrize("system_name", SYSTEMS)
 @pytest.mark.parametrize(("real", "form"), FORMS)

@@ -54,6 +54,7 @@ def test_it_is_what_runs_here_to_the_last_bit(which: str) -> None:
     np.testing.assert_array_equal(ours.mean, wanted.mean)
 
 
+@pytest.mark.cover
 @needs_compiler
 @pytest.mark.parametrize("form", ["root", "covariance"])
 @pytest.mark.parametrize("later_s", [0.0, 36_000.0])

@@ -33,6 +33,7 @@ def test_it_is_what_runs_here_to_the_last_bit(name: str) -> None:
         assert (a.time_s, a.status, a.iterations) == (b.time_s, b.status, b.iterations)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("later_s", [0.0, 36_000.0])
 @pytest.mark.parametrize("name", ["pen", "linear"])
 def test_in_single_precision_it_is_a_run_in_order(name: str, later_s: float) -> None:

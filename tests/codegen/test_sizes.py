@@ -29,6 +29,7 @@ def target(chain: Toolchain) -> Target:
     return Target("x", chain.command, chain.nm.replace("nm", "size"), chain.nm, is_bare)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("chain", TOOLCHAINS)
 @pytest.mark.parametrize(
     ("real", "c_type"), [("double", ctypes.c_double), ("float", ctypes.c_float)]

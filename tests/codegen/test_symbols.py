@@ -40,6 +40,7 @@ MATHEMATICS = {
 ALLOWED = {"memcmp", "memcpy", "memmove", "memset", "_GLOBAL_OFFSET_TABLE_", *MATHEMATICS}
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("chain", TOOLCHAINS)
 @pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
 @pytest.mark.parametrize("real", ["double", "float"])
@@ -56,6 +57,7 @@ def test_needs_no_memory_and_no_operating_system(
     assert all(symbol.startswith("pen_") for symbol in offered), offered
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("chain", TOOLCHAINS)
 @pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
 def test_single_precision_has_doubles_in_times_only(
@@ -70,6 +72,7 @@ def test_single_precision_has_doubles_in_times_only(
         assert doubles <= TIME_ONLY
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("chain", TOOLCHAINS)
 @pytest.mark.parametrize(
     ("model", "settings", "parts"),

@@ -29,6 +29,7 @@ def run(estimator: Exported, measurements: list[Measurement], later: float) -> l
     ]
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("name", SETTINGS)
 @pytest.mark.parametrize("later", [2.0**13, 2.0**30])
 def test_single_precision_does_not_feel_when_it_is(name: str, later: float) -> None:

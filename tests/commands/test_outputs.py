@@ -72,6 +72,7 @@ LINKS: dict[str, Callable[[Path, Path], object]] = {
 }
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("how", LINKS)
 @pytest.mark.parametrize("case", OVER)
 def test_what_is_read_is_not_written_over(case: str, how: str, here: Path) -> None:

@@ -23,6 +23,7 @@ SYSTEMS = {
 TOLERANCE_STD = 1e-10
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("missing", [0.0, 0.4])
 def test_mean_and_covariance_are_the_textbooks(name: str, missing: float) -> None:

@@ -77,6 +77,7 @@ def test_equals_the_loop_without_a_compiler(name: str) -> None:
     assert_same(history, run_measurements(estimator, MEASUREMENTS[:24], covariances=True))
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("cut", [1, 3, LATE_AT, LATE_AT + 1, 30])
 def test_a_batch_goes_on_where_another_ended(estimator: Any, cut: int) -> None:
     _, whole = estimator.batch(estimator.init(), TIMES, Y, covariances=True)

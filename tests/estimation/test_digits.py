@@ -70,6 +70,7 @@ def furthest(estimates: Sequence[Estimate], wanted: Sequence[Array]) -> float:
     )
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("name", ESTIMATORS)
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_a_chain_against_rational_arithmetic(ratio: float, name: str) -> None:

@@ -29,6 +29,7 @@ WRONG_Y = [(1,), (2,), (4,), (3, 1), (1, 3), ()]
 WRONG_BATCH = [((5,), (4, 3)), ((4,), (5, 3)), ((4,), (4, 1)), ((4,), (4,)), ((4, 1), (4, 3))]
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("name", BUILDS)
 @pytest.mark.parametrize("shape", WRONG_Y)
 def test_a_reading_of_another_shape(name: str, shape: tuple[int, ...]) -> None:

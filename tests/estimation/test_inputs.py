@@ -195,6 +195,7 @@ def test_windows_are_the_dense_optimum(swing: Recording, solver: Any) -> None:
     assert found.cost == pytest.approx(best.cost, rel=1e-8)
 
 
+@pytest.mark.cover
 @needs_compiler
 @pytest.mark.parametrize("name", ["ekf", "mhe-rti"])
 @pytest.mark.parametrize("real", ["double", "float"])

@@ -58,6 +58,7 @@ GAPS: dict[str, Callable[[float], bool]] = {
 }
 
 
+@pytest.mark.cover
 @needs_compiler
 @pytest.mark.parametrize("gaps", GAPS)
 @pytest.mark.parametrize("sensors", SENSORS)

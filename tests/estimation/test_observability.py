@@ -174,6 +174,7 @@ NUMBER_LEFT_WITH_BIASES = {
 }
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize(("inertial", "biases"), NUMBER_LEFT_WITH_BIASES)
 @pytest.mark.parametrize("tip_seen_by", TIP_SEEN_BY)
 def test_biases_of_a_free_pen_hide_as_the_paper_says(

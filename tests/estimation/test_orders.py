@@ -44,6 +44,7 @@ def taken(order: InOrderOfCapture | InOrderOfArrival, given: Iterator[Recording]
     )
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("rows", [1, 4, 7, 16, 1000])
 @pytest.mark.parametrize("area_hz", [100.0, 7.0])
 def test_rows_are_those_of_the_whole(recorded: Recording, rows: int, area_hz: float) -> None:

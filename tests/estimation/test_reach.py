@@ -70,6 +70,7 @@ def out_of_reach(history: EstimateHistory) -> Array:
     return np.array([Status.OUT_OF_REACH in status for status in history.status])
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("name", ESTIMATORS)
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 @pytest.mark.parametrize("reach", [{}, {"reach_m": 0.7}])
@@ -89,6 +90,7 @@ def test_a_gyroscopes_pen_is_out_of_reach_when_white_jerk_says_so(
     assert history.solved_fraction == 1.0
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("name", ESTIMATORS)
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 def test_an_accelerometer_does_not_hold_the_tip(name: str, degrees_of_freedom: int) -> None:

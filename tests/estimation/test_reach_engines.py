@@ -18,6 +18,7 @@ from tests.engines import compiled_and_interpreted, needs_compiler
 from tests.linear_models import random_walk_system
 
 
+@pytest.mark.cover
 @needs_compiler
 @pytest.mark.parametrize(
     "build", [Ekf, lambda model: MheRti(model, MheRtiConfig(horizon=2))], ids=["ekf", "mhe-rti"]

@@ -93,6 +93,7 @@ def assert_equal(one: Estimate, other: Estimate) -> None:
         np.testing.assert_array_equal(one.window.states, other.window.states)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("name", ESTIMATORS)
 @pytest.mark.parametrize("sensor", LIMIT)
 @pytest.mark.parametrize("sign", [1, -1])
@@ -114,6 +115,7 @@ def test_a_reading_at_the_limit_is_a_missing_one(
     assert np.isfinite(at_limit[AT].innovation[others]).all()
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("name", ESTIMATORS)
 @pytest.mark.parametrize("sensor", LIMIT)
 def test_just_below_the_limit_it_is_used(name: str, sensor: str) -> None:

@@ -55,6 +55,7 @@ def heading_holds(model: StateSpaceModel) -> bool:
     return holds(model, symmetry, states_of(model), STEP_S)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 @pytest.mark.parametrize("writing_area", [True, False])
 @pytest.mark.parametrize("name", BLIND)

@@ -31,6 +31,7 @@ def measured(system: LinearSystem) -> list[Measurement]:
     return system.simulate(irregular_times(14, rng), rng, missing=0.25)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("horizon", [1, 6])
@@ -48,6 +49,7 @@ def test_none_forgets_what_was_before_the_window(name: str, horizon: int, estima
         assert np.abs(estimate.state.std / wanted.std[-1] - 1).max() < TOLERANCE_STD
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("horizon", [1, 6])
@@ -72,6 +74,7 @@ def test_constant_is_the_priors_covariance_around_the_prediction(
             predictions.append(system.F(dt) @ wanted.states[-1])
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("arrival_cost", ["filtered", "smoothed"])
 @pytest.mark.parametrize("copies", [1, 2])
@@ -97,6 +100,7 @@ def test_no_reading_is_counted_twice(
         np.testing.assert_allclose(estimate.state.mean, mean, rtol=0, atol=1e-10)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("horizon", [1, 4])
 def test_filtered_settles_at_the_golden_ratio(horizon: int, estimator: str) -> None:
@@ -111,6 +115,7 @@ def test_filtered_settles_at_the_golden_ratio(horizon: int, estimator: str) -> N
     np.testing.assert_allclose(variance, (np.sqrt(5) - 1) / 2, rtol=1e-12)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("horizon", [1, 4])
 def test_smoothed_is_not_surer_than_the_filter(horizon: int, estimator: str) -> None:

@@ -82,6 +82,7 @@ def with_sensor(settings: dict[str, Any], model: StateSpaceModel) -> dict[str, A
     return settings | {"huber": {model.sensors[0].name: settings["huber"]["first"]}}
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
 @pytest.mark.parametrize(
     ("arrival_cost", "losses", "name"),
@@ -119,6 +120,7 @@ def test_the_run_has_all_that_may_go_wrong(kind: type[Mhe] | type[MheRti]) -> No
     assert all(np.isfinite(estimate.state.covariance).all() for estimate in estimates)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("n", [1, 2, 7])
 @pytest.mark.parametrize("losses", LOSSES)
 def test_a_window_from_a_bad_start(losses: str, n: int) -> None:

@@ -41,6 +41,7 @@ def conditional(
     return system.model.constrained(lambda x: x[0] + x[1] - total, needs), total
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_windows_while_they_grow(name: str, estimator: str) -> None:

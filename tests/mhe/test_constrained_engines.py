@@ -48,6 +48,7 @@ def pendulum_case() -> tuple[StateSpaceModel, list[Measurement]]:
 CASES = {"pen": pen_case(), "axis": axis_case(), "pendulum": pendulum_case()}
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
 @pytest.mark.parametrize("name", CASES)
 def test_every_step(name: str, kind: type[Mhe] | type[MheRti]) -> None:

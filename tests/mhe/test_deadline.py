@@ -76,6 +76,7 @@ def free(kind: type[Mhe] | type[MheRti], **settings: int) -> list[Estimate]:
     return steps(kind(MODEL, config), RUN.measurements)
 
 
+@pytest.mark.cover
 @either_engine
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
 def test_no_time_at_all_is_a_prediction(kind: type[Mhe] | type[MheRti]) -> None:

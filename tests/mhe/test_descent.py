@@ -55,6 +55,7 @@ def after_passes(name: str, start: Trajectory, has_losses: bool) -> list[WindowS
     return [solver(name, passes, has_losses).solve(*window) for passes in PASSES]
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("name", CASES)
 def test_the_cost_never_rises(name: str, seed: int) -> None:

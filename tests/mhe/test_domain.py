@@ -60,6 +60,7 @@ def test_no_step_leaves_the_domain(name: str, samples: int, seeds: int) -> None:
         assert (error <= 3 * history.std[:, 0]).mean() >= 0.95
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("arrival_cost", ["filtered", "smoothed"])
 @pytest.mark.parametrize("name", ["mhe", "mhe-rti", "mhe-ipopt"])
 def test_an_absurd_reading_is_not_for_good(name: str, arrival_cost: str) -> None:

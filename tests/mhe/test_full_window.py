@@ -26,6 +26,7 @@ TOLERANCE_STD = 1e-6
 N_STAGES = 16
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("system", [constant_acceleration_system(2), coupled_system(9)])
 def test_linear_window(system: LinearSystem, estimator: str) -> None:

@@ -32,6 +32,7 @@ def largest_error(move: Moved, wanted: Trajectory, covariance: Array, mhe: MheRt
     return max(errors)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("arrival_cost", ["filtered", "smoothed", "constant"])
 @pytest.mark.parametrize("horizon", [1, 5, 13])
 def test_on_the_pen(horizon: int, arrival_cost: str) -> None:

@@ -25,6 +25,7 @@ from tests.mhe.runs import ESTIMATORS
 from tests.mhe.windows import real_time, window_of
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("threshold", [0.0, 0.5])
 @pytest.mark.parametrize("arrival_cost", ["smoothed", "filtered"])
 def test_one_pass_is_that_of_the_window_built_anew(arrival_cost: str, threshold: float) -> None:
@@ -141,6 +142,7 @@ def test_older_than_the_window_changes_nothing(estimator: str) -> None:
     assert Status.LATE not in reached.status
 
 
+@pytest.mark.cover
 @either_engine
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_an_absurd_one_leaves_the_window_as_it_was(estimator: str) -> None:

@@ -113,6 +113,7 @@ def test_every_step(
     assert late >= 8
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("kind", [MheRti, Mhe])
 @pytest.mark.parametrize("tick", [0.6, 0.35, 0.1, 0.04, 0.01])
 def test_both_engines_stand_on_the_same_rung(tick: float, kind: type[Mhe] | type[MheRti]) -> None:

@@ -16,6 +16,7 @@ from tests.mhe.late_streams import in_order
 SETTINGS = {"horizon": 9, "reuse_threshold": 0.5}
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("name", ["mhe-rti", "mhe", "mhe-ipopt"])
 @pytest.mark.parametrize("interpolated", [(), ("force_n",)])
 def test_an_input_that_is_missing_is_that_of_the_instant_before(

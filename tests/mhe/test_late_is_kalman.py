@@ -69,6 +69,7 @@ def check_in_order(name: str, stream: list[Measurement], estimator: Any, toleran
     return late
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize(("estimator", "settings"), CASES)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_every_estimate_is_the_filters_that_had_them_in_order(

@@ -136,6 +136,7 @@ def demanding() -> StateSpaceModel:
     return MODEL.constrained(lambda x: x[2] - 10.0, MODEL.reading_names[:1])
 
 
+@pytest.mark.cover
 @either_engine
 @pytest.mark.parametrize("late_first", [True, False])
 def test_rows_are_demanded_where_their_readings_are(late_first: bool) -> None:

@@ -40,6 +40,7 @@ def warm_start(before: Estimate | None, state: MheState) -> Array:
     return np.vstack([before.window.states[kept], F @ before.window.states[-1]])
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("horizon", [4, 13])
 @pytest.mark.parametrize(
     ("settings", "flag"),

@@ -38,6 +38,7 @@ CASES = [
 TOLERANCE_STD = {"mhe-ipopt": 1e-9, "mhe-rti": 1e-10, "mhe": 1e-10}
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize(
     "name",
     [
@@ -68,6 +69,7 @@ def test_every_step_is_the_textbook_filters(
     assert missing_rows > 20
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("horizon", [1, 5])
 def test_innovations_are_the_filters(horizon: int, estimator: str) -> None:

@@ -48,6 +48,7 @@ CASES: dict[str, Any] = {
 }
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("is_bounded", [False, True], ids=["free", "bounded"])
 @pytest.mark.parametrize("losses", [False, True], ids=["least squares", "reweighted"])
 @pytest.mark.parametrize("name", CASES)

@@ -101,6 +101,7 @@ def rti_step_from(mhe: MheRti, state, measurement):  # type: ignore[no-untyped-d
     return mhe.step(state, measurement)
 
 
+@pytest.mark.cover
 @needs_compiler
 @pytest.mark.parametrize("arrival_cost", ["filtered", "smoothed"])
 @pytest.mark.parametrize("threshold", THRESHOLDS)

@@ -87,6 +87,7 @@ def lowest_on_a_grid(measurements: list[Measurement]) -> float:
     return float(np.min(squares)) / 2
 
 
+@pytest.mark.cover
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_lower_minimum_from_the_first_windows_on(seed: int) -> None:
@@ -148,6 +149,7 @@ def test_in_a_full_window_at_most_one_in_n_samples() -> None:
     assert waits[4:] == [4, 3, 2, 1, 0] * 3 + [4]
 
 
+@pytest.mark.cover
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_improbable_is_what_chi_square_says(name: str) -> None:
@@ -230,6 +232,7 @@ def leak_estimates(name: str, arrival_cost: str) -> list[Estimate]:
     return steps(estimator, readings)
 
 
+@pytest.mark.cover
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize("arrival_cost", ["smoothed", "filtered"])
 def test_a_prediction_beyond_the_bound_is_no_start(arrival_cost: str) -> None:

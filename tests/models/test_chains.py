@@ -82,6 +82,7 @@ def test_no_time_changes_nothing(name: str) -> None:
     np.testing.assert_array_equal(G, np.zeros((3, 3)))
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("dt", [0.01, 0.3, 1.0])
 @pytest.mark.parametrize("part", [0.001, 0.3, 0.9])
 @pytest.mark.parametrize("name", CHAINS)

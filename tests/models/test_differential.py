@@ -76,6 +76,7 @@ def test_the_noise_is_white_whatever_the_steps_are() -> None:
         np.testing.assert_allclose(float(f(0, 1, step)) ** 2, DENSITY**2 * step, rtol=1e-12)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("engine", ["compiled", "interpreted"])
 @pytest.mark.parametrize("settings", [{"method": "collocation"}, {"longest_step_s": 0.03}])
 def test_every_estimator_takes_it(

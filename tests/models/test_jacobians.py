@@ -132,6 +132,7 @@ def test_readings(degrees_of_freedom: int, name: str, seed: int) -> None:
     assert_jacobian(model_of(degrees_of_freedom).sensor(name).h, 0, [x])
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 @pytest.mark.parametrize("name", SENSORS)
 @pytest.mark.parametrize("which", [0, 1], ids=["y", "x"])

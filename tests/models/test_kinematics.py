@@ -90,6 +90,7 @@ def inertial_pen(degrees_of_freedom: int, mounting: Mounting, **bias: float) -> 
     return pen_model(pen(degrees_of_freedom, sensors, gravity_m_s2=GRAVITY))
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 @pytest.mark.parametrize("mounting", MOUNTINGS.values(), ids=MOUNTINGS.keys())
 @pytest.mark.parametrize("seed", range(3))

@@ -86,6 +86,7 @@ def check(name: str, model: StateSpaceModel, given: Recording, interpolated: lis
     assert all(status.is_solved for status in history.status)
 
 
+@pytest.mark.cover
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize("name", LEAST_SQUARES)
 def test_a_continuous_system_takes_any_step(name: str) -> None:

@@ -75,6 +75,7 @@ def assert_variance(samples: Array, std: float) -> None:
     assert lowest < np.sum(samples**2) / std**2 < highest
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 @pytest.mark.parametrize("kind", SENSORS)
 def test_noise_has_its_size_and_is_white(kind: str, degrees_of_freedom: int) -> None:

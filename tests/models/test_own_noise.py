@@ -76,6 +76,7 @@ def engine(request: pytest.FixtureRequest) -> None:
         request.getfixturevalue("interpreted")
 
 
+@pytest.mark.cover
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize("name", LEAST_SQUARES)
 @pytest.mark.parametrize("case", ["names", "full"])
@@ -153,6 +154,7 @@ def test_the_export_says_what_the_estimator_says(name: str) -> None:
     assert (np.abs(theirs.mean - ours.mean) / ours.std).max() < 1e-9
 
 
+@pytest.mark.cover
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize("name", LEAST_SQUARES)
 def test_a_deviation_of_zero_says_nothing(name: str) -> None:

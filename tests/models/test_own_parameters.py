@@ -69,6 +69,7 @@ def recording() -> Recording:
     return Recording("sledge", t, {"ruler": ruler[:, None], "speed": speed[:, None]})
 
 
+@pytest.mark.cover
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize("name", LEAST_SQUARES)
 def test_every_estimator_is_the_augmented_kalman_filter(name: str) -> None:
@@ -112,6 +113,7 @@ def pendulum(mean: float = 1.0) -> StateSpaceModel:
     )  # fmt: skip
 
 
+@pytest.mark.cover
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize("name", ["mhe", "mhe-ipopt"])
 def test_a_curved_parameter_is_scipys_optimum(name: str) -> None:

@@ -35,6 +35,7 @@ def compass() -> StateSpaceModel:
     )  # fmt: skip
 
 
+@pytest.mark.cover
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize("name", LEAST_SQUARES)
 def test_a_heading_goes_past_south(name: str) -> None:
@@ -64,6 +65,7 @@ def pair(**noise: Any) -> StateSpaceModel:
     )  # fmt: skip
 
 
+@pytest.mark.cover
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize("name", LEAST_SQUARES)
 @pytest.mark.parametrize("full", [True, False])

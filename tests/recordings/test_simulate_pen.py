@@ -92,6 +92,7 @@ def test_stamps(stamps: Literal["capture", "arrival"]) -> None:
     )
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("motion", ["turn", "handwriting"])
 @pytest.mark.parametrize("alone", ["accel", "gyro", "camera"])
 def test_a_further_sensor_changes_nothing_else(motion: str, alone: str) -> None:

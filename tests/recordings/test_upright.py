@@ -150,6 +150,7 @@ def test_the_motion_passes_the_vertical_twice() -> None:
     np.testing.assert_allclose(angles, START_DEG, rtol=0, atol=1e-12)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 @pytest.mark.parametrize(
     ("name", "sensors"),
@@ -192,6 +193,7 @@ def test_with_a_camera_the_true_passage_is_marked_and_left_behind(
         assert np.abs(found.error(angle)[-10:]).max() < 2 * CAMERA_STD_DEG
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("degrees_of_freedom", [5, 6])
 @pytest.mark.parametrize("name", ENDS_S)
 def test_without_a_camera_the_elevation_keeps_its_drift(name: str, degrees_of_freedom: int) -> None:

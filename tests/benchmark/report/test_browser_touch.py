@@ -41,6 +41,7 @@ CENTRE = (
 )
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("width", [360, 390])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_phone_scrolls_only_downwards(page: Any, scheme: str, width: int) -> None:

@@ -72,6 +72,7 @@ def taken(
     return counts, np.array(memories)
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("sensors", CHOICES)
 @pytest.mark.parametrize("calmer", [NEVER_CALMER, Calmer(0.5, 1.0, 0.3)])
 def test_to_the_last_bit(

@@ -53,6 +53,7 @@ def true_start(duration_s: float, seed: int) -> Array:
     return truth.values[0]
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("estimator", DURATION_S)
 @pytest.mark.parametrize("configuration", TURNTABLE_CONFIGURATIONS)
 @pytest.mark.parametrize("seed", [1, 3])
@@ -90,6 +91,7 @@ def test_a_gyroscope_alone_does_not_find_the_truth(estimator: str) -> None:
         assert np.abs(run.error[:, 0]).min() > 30 * DEG
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("estimator", DURATION_S)
 @pytest.mark.parametrize("configuration", ["accel", "accel+gyro"])
 def test_from_sixty_degrees_mirror_runs_are_recognised(estimator: str, configuration: str) -> None:
@@ -115,6 +117,7 @@ def test_from_sixty_degrees_mirror_runs_are_recognised(estimator: str, configura
             assert run.outcome == ("converged" if same_side else "mirror")
 
 
+@pytest.mark.cover
 @pytest.mark.parametrize("degrees_beyond", [32.0, 36.0, 40.0])
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_a_start_beyond_the_pole_may_end_in_the_mirror(degrees_beyond: float, sign: float) -> None:
