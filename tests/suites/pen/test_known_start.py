@@ -31,8 +31,9 @@ def outcome(case: str, estimator: str, seed: int = 0) -> Outcome:
 
 @pytest.mark.parametrize("case", [NO_SPIN, FREE])
 def test_the_start_is_as_wrong_as_it_is_told(case: str) -> None:
-    model = known_start._estimator(case, "ekf").model
-    truth = simulate(known_start._pen(case), ["accel", "gyro"], duration_s=0.05).truth
+    like = known_start.KNOWN_STARTS[case].like
+    model = known_start._estimator(like, "ekf").model
+    truth = simulate(known_start._pen(like), ["accel", "gyro"], duration_s=0.05).truth
     assert truth is not None
     true = truth.states(model.state_names, truth.time_s[:1])[0]
     assert np.isfinite(true).all()
