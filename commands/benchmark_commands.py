@@ -52,7 +52,11 @@ def benchmark(
         ),
     ] = None,
     cases: Annotated[
-        str | None, typer.Option(help="Names with commas: run only these, of the suites' own.")
+        str | None,
+        typer.Option(
+            help="Names with commas: run only these, of the suites' own. A name that holds a comma "
+            "stands in double quotes."
+        ),
     ] = None,
     pen: Annotated[
         str | None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 from typing import Annotated
 
 import typer
@@ -43,7 +44,7 @@ JobsOption = Annotated[int, typer.Option(help="Processes.", min=1)]
 
 
 def names(text: str | None) -> tuple[str, ...] | None:
-    """Split ``accel,gyro``; None stays None.
+    """Split ``accel,gyro``, or ``tilt,"free pen, writing"`` as in a CSV; None stays None.
 
     Raises
     ------
@@ -52,7 +53,8 @@ def names(text: str | None) -> tuple[str, ...] | None:
     """
     if text is None:
         return None
-    found = tuple(name.strip() for name in text.split(",") if name.strip())
+    row = next(csv.reader([text], skipinitialspace=True), [])
+    found = tuple(name.strip() for name in row if name.strip())
     if not found:
         raise InputError(f"list {text!r} has no name in it, expected e.g. accel,gyro")
     return found

@@ -27,16 +27,17 @@ def tied(matrix: Matrix, best: Choice, others: Sequence[Choice]) -> Iterator[Cho
     """Yield those of the other choices that are not surely worse than the best one.
 
     The logarithm of the ratio of both RMSEs, seed by seed, has a mean whose interval is Student's;
-    one that ends above zero is worse. All intervals together hold with 95 % (Bonferroni), for the
-    more choices there are, the likelier one of them is worse by luck. Bootstrap intervals, as
-    of estimators, are too short here: of five seeds they hold with 84 %, each.
-    A choice that lost a seed is worse.
+    one that begins above zero is worse. The intervals of all pairs of choices together hold with
+    95 % (Bonferroni): the best is the best of the same seeds, which luck has a part in. Bootstrap
+    intervals, as of estimators, are too short here: of five seeds they hold with 84 %, each
+    (`benchmark.verdicts.coverage`). A choice that lost a seed is worse.
 
     Source: O. J. Dunn, "Multiple comparisons among means", J. Am. Stat. Assoc. 56 (1961), 52-64.
     """
+    pairs = len(others) * (len(others) + 1) // 2
     for other in others:
         is_lost = math.isinf(worst(other.cell)) and not math.isinf(worst(best.cell))
-        if not is_lost and not _low(_log_ratios(matrix, best, other), len(others)) > 0:
+        if not is_lost and not _low(_log_ratios(matrix, best, other), pairs) > 0:
             yield other
 
 
@@ -60,12 +61,12 @@ def _log_ratios(matrix: Matrix, best: Choice, other: Choice) -> np.ndarray:
     return np.log(np.maximum(second[seeds], least)) - np.log(np.maximum(first[seeds], least))
 
 
-def _low(values: np.ndarray, comparisons: int) -> float:
-    """Return the lower end of a mean's interval, one of so many; -inf of a single value."""
+def _low(values: np.ndarray, together: int) -> float:
+    """Return the lower end of a mean's interval, of so many; -inf of a single value."""
     from scipy.stats import t  # slow to import, for reports only
 
     n = len(values)
     if n < 2:
         return -math.inf
-    tail = (1 - LEVEL) / 2 / comparisons
+    tail = (1 - LEVEL) / 2 / together
     return float(np.mean(values) - t.isf(tail, n - 1) * np.std(values, ddof=1) / math.sqrt(n))
