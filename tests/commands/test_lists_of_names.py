@@ -24,5 +24,5 @@ def test_names(text: str | None, expected: tuple[str, ...] | None) -> None:
 
 @pytest.mark.parametrize("text", ["", ",", '""', " , "])
 def test_a_list_without_a_name(text: str) -> None:
-    with pytest.raises(InputError, match="has no name in it, expected e.g. accel,gyro"):
+    with pytest.raises(InputError, match="has no name in it, expected"):
         names(text)
