@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import cache
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, model_validator
@@ -36,7 +39,7 @@ class UnitConfig(BaseModel):
     def _to_si(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
-        spellings = cls._spellings()
+        spellings = _spellings(cls)
         converted: dict[str, Any] = {}
         for key, value in data.items():
             if key not in spellings:
@@ -50,15 +53,19 @@ class UnitConfig(BaseModel):
     @classmethod
     def field_of(cls, key: str) -> str:
         """Return the field that a key sets, whatever its unit; the key itself if none."""
-        return cls._spellings().get(key, (key, 1.0))[0]
+        return _spellings(cls).get(key, (key, 1.0))[0]
 
-    @classmethod
-    def _spellings(cls) -> dict[str, tuple[str, float]]:
-        return {
+
+@cache
+def _spellings(config: type[UnitConfig]) -> Mapping[str, tuple[str, float]]:
+    """Return accepted key → its field, and its factor to SI."""
+    return MappingProxyType(
+        {
             spelling: (field, factor)
-            for field in cls.model_fields
+            for field in config.model_fields
             for spelling, factor in accepted_names(field).items()
         }
+    )
 
 
 def _scaled(value: Any, factor: float) -> Any:

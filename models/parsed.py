@@ -105,9 +105,10 @@ def check_entries(
 
 def _check_dots(text: str, where: str) -> None:
     # tomllib takes time as the square of a key's dots.
+    deepest = most("nesting")
     for found in _KEYS.finditer(text):
         key = found[0]
-        if key.count(".") >= most("nesting") and key[0] != "#":
+        if key.count(".") >= deepest and key[0] != "#":
             parts = re.sub(_STRING, "", key).count(".") + 1
             check_most("nesting", parts, f"{where}: key {value_text(key)}")
 

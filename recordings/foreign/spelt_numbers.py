@@ -28,6 +28,8 @@ _BETWEEN_THOUSANDS: Mapping[str, re.Pattern[str]] = MappingProxyType(
         for decimal, mark in ((".", ","), (",", "."))
     }
 )
+_MARKS = re.compile(rf"[,{MINUS}]|[\d.][dD.{_SPACES}]|^\s|\s$")
+"""What stands in every cell that `_plain` changes."""
 _LOOKED_AT = 1000
 _LONGEST = 300
 """Characters of a cell that may be a number, where one of them is too large for a float."""
@@ -44,9 +46,12 @@ def respelt(frame: pd.DataFrame, decimal: str) -> pd.DataFrame:
         if not (cells.dtype == object or pd.api.types.is_string_dtype(cells)):
             continue
         is_text = (_numbers(cells).isna() & cells.notna()).to_numpy()
-        texts = cells[is_text].astype("string")
+        texts = cells[is_text]
+        if not any(map(_MARKS.search, map(str, texts.iloc[:_LOOKED_AT]))):
+            continue
+        texts = texts.astype("string")
         sample = _plain(texts.iloc[:_LOOKED_AT], decimal)
-        if len(sample) and _numbers(sample).notna().mean() > 0.5:
+        if _numbers(sample).notna().mean() > 0.5:
             changed = cells.astype(object)
             changed[is_text] = _plain(texts, decimal).astype(object)
             numbers = _numbers(changed)

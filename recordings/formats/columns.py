@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -54,19 +56,36 @@ def recording_columns(pen: PenConfig, units: Mapping[str, str]) -> dict[str, Col
     states = list(TRUE_NAMES)
     for sensor, config in pen.sensors.items():
         states += config.bias_states(sensor).names
-        for axis, si_unit in config.reading_axes:
-            quantity, accepted = f"{sensor}_{axis}", accepted_units(si_unit)
-            for unit, factor in accepted.items():
-                columns[with_unit(quantity, unit)] = Column(quantity, unit, factor)
-            unit = units.get(sensor, si_unit)
-            unit = unit if unit in accepted else si_unit
-            columns[quantity] = Column(quantity, unit, accepted[unit])
-        arrival = f"{sensor}_{ARRIVAL}"
-        columns |= {f"{arrival}_{unit}": Column(arrival, unit, f) for unit, f in UNITS["s"].items()}
+        columns |= _sensor_columns(sensor, tuple(config.reading_axes), units.get(sensor, ""))
     for state in states:
-        for spelling, factor in accepted_names(state).items():
-            columns[TRUTH_PREFIX + spelling] = Column(TRUTH_PREFIX + state, "", factor)
+        columns |= _state_columns(state)
     return columns
+
+
+@lru_cache(maxsize=256)
+def _sensor_columns(
+    sensor: str, axes: tuple[tuple[str, str], ...], unit_given: str
+) -> Mapping[str, Column]:
+    columns = {}
+    for axis, si_unit in axes:
+        quantity, accepted = f"{sensor}_{axis}", accepted_units(si_unit)
+        for unit, factor in accepted.items():
+            columns[with_unit(quantity, unit)] = Column(quantity, unit, factor)
+        unit = unit_given if unit_given in accepted else si_unit
+        columns[quantity] = Column(quantity, unit, accepted[unit])
+    arrival = f"{sensor}_{ARRIVAL}"
+    columns |= {f"{arrival}_{unit}": Column(arrival, unit, f) for unit, f in UNITS["s"].items()}
+    return MappingProxyType(columns)
+
+
+@lru_cache(maxsize=256)
+def _state_columns(state: str) -> Mapping[str, Column]:
+    return MappingProxyType(
+        {
+            TRUTH_PREFIX + spelling: Column(TRUTH_PREFIX + state, "", factor)
+            for spelling, factor in accepted_names(state).items()
+        }
+    )
 
 
 def column_units(

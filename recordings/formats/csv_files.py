@@ -121,6 +121,10 @@ def check_header(header: Sequence[str], where: str) -> None:
         seen.add(column)
 
 
+_PLAIN_HEADER = re.compile(rb"[!#-~][ !#-~]*\r?\n")
+"""A line that means the same whoever splits it at commas, which takes pandas a millisecond."""
+
+
 def read_header(file: BinaryIO, where: str) -> list[str]:
     """Return the names in the first line; pandas would rename those that appear twice.
 
@@ -139,9 +143,12 @@ def read_header(file: BinaryIO, where: str) -> list[str]:
             f"at most {most('columns')} columns ({variable('columns')} sets another limit)"
         )
     check_most("columns", line.count(b",") + 1, where)
+    if _PLAIN_HEADER.fullmatch(line):
+        header = line.decode().rstrip("\r\n").split(",")
+    else:
+        file.seek(0)
+        first = pd.read_csv(file, header=None, nrows=1, dtype=str, keep_default_na=False)
+        header = [str(column) for column in first.iloc[0]]
     file.seek(0)
-    first = pd.read_csv(file, header=None, nrows=1, dtype=str, keep_default_na=False)
-    file.seek(0)
-    header = [str(column) for column in first.iloc[0]]
     check_header(header, where)
     return header

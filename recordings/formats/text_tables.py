@@ -173,23 +173,22 @@ def _at_line(file: BinaryIO, line: int) -> bool:
 
 def _without_chatter(frame: pd.DataFrame) -> tuple[pd.DataFrame, int]:
     """Leave out rows that are lines of words, and the last where it was cut off."""
-    if all(frame[n].dtype.kind in "iuf" and not frame[n].hasnans for n in frame.columns):
+    columns = [cells for _, cells in frame.items()]
+    if all(cells.dtype.kind in "iuf" and not cells.hasnans for cells in columns):
         return frame, 0
-    found = np.zeros(len(frame), dtype=int)
-    for name in frame.columns:
-        is_number = pd.api.types.is_numeric_dtype(frame[name])
-        found += ~np.isnan(frame[name].to_numpy(float) if is_number else loose_numbers(frame[name]))
+    n, found = len(frame), np.zeros(len(frame), dtype=int)
+    for cells in columns:
+        is_number = pd.api.types.is_numeric_dtype(cells)
+        found += ~np.isnan(cells.to_numpy(float) if is_number else loose_numbers(cells))
     # A line of words has no number, and one that was cut off early a time at most.
-    dropped = pd.Series(found < min(2, len(frame.columns) - 1), index=frame.index)
-    if dropped.mean() > MOST_CHATTER:  # then these are its rows
+    dropped = found < min(2, len(columns) - 1)
+    if n and dropped.mean() > MOST_CHATTER:  # then these are its rows
         dropped[:] = False
-    dropped |= frame.isna().all(axis=1)
-    n = len(frame)
-    if n > 1 and not dropped.iloc[-1]:
-        last, before = frame.iloc[-1].isna(), frame.iloc[-2].isna()
-        end = frame.columns[-1]
-        if last[end] and not before[end] and last.sum() > before.sum():
-            dropped.iloc[-1] = True
+    dropped |= np.all([cells.isna() for cells in columns], axis=0)
+    if n > 1 and not dropped[-1]:
+        before, last = np.array([cells.iloc[-2:].isna() for cells in columns], dtype=bool).T
+        if last[-1] and not before[-1] and last.sum() > before.sum():
+            dropped[-1] = True
     if not dropped.any():
         return frame, 0
     return frame[~dropped].reset_index(drop=True).infer_objects(), int(dropped.sum())

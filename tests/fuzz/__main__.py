@@ -11,15 +11,15 @@ import os
 import random
 import resource
 import sys
+import time
+from multiprocessing import RawArray
 from pathlib import Path
 
 import atheris
 
-with atheris.instrument_imports(
-    include=["models", "recordings", "benchmark", "pen_mhe", "tomllib", "json"]
-):
+with atheris.instrument_imports(include=["models", "recordings", "benchmark", "pen_mhe"]):
     from tests.fuzz.mutators import mutated
-    from tests.fuzz.seeds import seeds
+    from tests.fuzz.seeds import CORPUS, seeds
     from tests.fuzz.targets import TARGETS, check, folder
     from tests.fuzz.words import TOKENS
 
@@ -29,8 +29,11 @@ MOST_GROWTH_MB = 500
 
 OWN_CHANGES = 0.25
 """Part of the changes that are libFuzzer's."""
-SHORTEST, FURTHER = 8192, 2
-"""The longest input is that many bytes, or so many times the longest seed."""
+FURTHER = 1024
+"""Bytes that the longest input has more than the longest good file: long ones take long, and say
+what short ones say."""
+INPUTS, SLOWEST_S, ALL_S, PEAK_MB = range(4)
+"""What a child counts, places in an array that its parent reads."""
 
 
 def main() -> None:
@@ -42,8 +45,13 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=Path("build/fuzz"), help="corpus, findings")
     asked = parser.parse_args()
     folder()  # of this process, which removes it in the end
+    counts = RawArray("d", 4)
     if child := os.fork():
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        print(
+            f"{asked.target}: {counts[INPUTS]:.0f} inputs in {counts[ALL_S]:.0f} s of a processor, "
+            f"the slowest {counts[SLOWEST_S]:.3f} s, memory {counts[PEAK_MB]:.0f} MB at most"
+        )
         sys.exit(status)
     corpus = asked.folder / asked.target
     corpus.mkdir(parents=True, exist_ok=True)
@@ -53,12 +61,23 @@ def main() -> None:
         check(asked.target, data)  # imports and caches are not what an input takes
     words = asked.folder / "words.txt"
     words.write_text("".join(f'"{_spelt(token)}"\n' for token in TOKENS if len(token) < 60))
-    before_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+    before_mb = _peak_mb()
+    found = {path.read_bytes() for path in (CORPUS / asked.target).glob("*")}
+    longest = max(len(data) for data in good if data not in found)
+
+    def read(data: bytes) -> None:
+        start = time.process_time()
+        check(asked.target, bytes(data))
+        counts[INPUTS] += 1
+        counts[SLOWEST_S] = max(counts[SLOWEST_S], time.process_time() - start)
+        counts[ALL_S], counts[PEAK_MB] = time.process_time() - began, _peak_mb()
+
+    began = time.process_time()
     options = [
         f"-runs={asked.runs}",
         f"-max_total_time={asked.seconds}",
         f"-rss_limit_mb={before_mb + MOST_GROWTH_MB}",
-        f"-max_len={max(SHORTEST, FURTHER * max(map(len, good)))}",
+        f"-max_len={longest + FURTHER}",
         f"-dict={words}",
         "-timeout=10",
         "-print_final_stats=1",
@@ -67,10 +86,14 @@ def main() -> None:
     ]
     atheris.Setup(
         [sys.argv[0], *options],
-        lambda data: check(asked.target, bytes(data)),
+        read,
         custom_mutator=_mutated,
     )
     atheris.Fuzz()
+
+
+def _peak_mb() -> int:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
 
 
 def _mutated(data: bytes, longest: int, seed: int) -> bytes:

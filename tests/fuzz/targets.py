@@ -7,6 +7,7 @@ an `UnforeseenError` too, is a finding.
 from __future__ import annotations
 
 import contextlib
+import io
 import tempfile
 import time
 import warnings
@@ -218,7 +219,7 @@ def checked() -> Iterator[None]:
     """Raise `FindingError` unless what is done ends soon, and well or in one sentence."""
     start = time.process_time()
     try:
-        with warnings.catch_warnings():
+        with contextlib.redirect_stderr(io.StringIO()), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             yield
     except UnforeseenError as error:
