@@ -145,7 +145,7 @@ def step(
     return ca.vertcat(centre + moved[0], sigma, moved[1], rate, moved[2], acceleration)
 
 
-def retract(x: ca.SX, d: ca.SX, frame: Frame = attitude.heading) -> ca.SX:
+def retract(x: ca.SX, d: ca.SX, *, frame: Frame = attitude.heading) -> ca.SX:
     """Return the states (18,) that a tangent vector (18,) is away; `frame` is that of tilts."""
     turn = attitude.turn(frame(x[SIGMA]), d[SIGMA])
     W = attitude.body_to_world(turn)
@@ -159,7 +159,7 @@ def retract(x: ca.SX, d: ca.SX, frame: Frame = attitude.heading) -> ca.SX:
     )
 
 
-def difference(to: ca.SX, of: ca.SX, frame: Frame = attitude.heading) -> ca.SX:
+def difference(to: ca.SX, of: ca.SX, *, frame: Frame = attitude.heading) -> ca.SX:
     """Return the tangent vector (18,) from one to another; `frame` is that of tilts."""
     turn = attitude.product(to[SIGMA], -of[SIGMA])
     W = attitude.body_to_world(turn)

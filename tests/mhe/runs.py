@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+import pytest
 
 from estimation.estimate import Estimate
 from estimation.estimator import Estimator
@@ -24,6 +25,8 @@ ESTIMATORS: Mapping[str, Callable[[StateSpaceModel, Any], Estimator[Any]]] = {
     kind.name: kind for kind in (MheIpopt, MheRti, Mhe)
 }
 REAL_TIME, CONVERGING = ("mhe-rti", "mhe"), ("mhe-ipopt", "mhe")
+ON_A_PEN = (pytest.param("mhe-ipopt", marks=pytest.mark.slow), "mhe")
+"""`CONVERGING`, on windows of a pen; quick tests have `tests.mhe.test_optimum`: both end alike."""
 
 
 def run_mhe(

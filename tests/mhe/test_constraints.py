@@ -15,7 +15,7 @@ from models.state_space import StateSpaceModel
 from tests.configs import config_for
 from tests.estimation import pens
 from tests.linear_models import LinearSystem, constant_acceleration_system, coupled_system
-from tests.mhe.runs import CONVERGING, ESTIMATORS, full_length, linear_batch, run_mhe
+from tests.mhe.runs import CONVERGING, ESTIMATORS, ON_A_PEN, full_length, linear_batch, run_mhe
 from tests.references.constrained import ConstrainedSolution, solve_constrained
 
 SLOW = pytest.mark.slow
@@ -144,7 +144,7 @@ def test_linear_windows_while_they_grow(name: str, estimator: str) -> None:
     assert not wanted.active.all()
 
 
-@pytest.mark.parametrize("estimator", CONVERGING)
+@pytest.mark.parametrize("estimator", ON_A_PEN)
 @pytest.mark.parametrize("seed", [*(pytest.param(n, marks=SLOW) for n in (0, 4)), 1])
 def test_pen_above_its_desk_and_beside_a_wall(seed: int, estimator: str) -> None:
     """On the nonlinear pen."""
