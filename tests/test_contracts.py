@@ -85,7 +85,7 @@ def test_every_estimator_is_in_the_registry(room: str) -> None:
 
 
 def pairs() -> list[Any]:
-    """Model and estimator; what iterates is slow as well, on all but the first of the quick pens."""
+    """Model and estimator; what iterates is slow as well, on all quick pens but the first."""
     iterates = ("mhe-ipopt", "mhe-sparse", "mhe")
     slow = {(pen, estimator) for pen in QUICK_PENS[1:] for estimator in iterates}
     return [
