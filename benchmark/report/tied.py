@@ -26,18 +26,19 @@ class Choice:
 def tied(matrix: Matrix, best: Choice, others: Sequence[Choice]) -> Iterator[Choice]:
     """Yield those of the other choices that are not surely worse than the best one.
 
-    The logarithm of the ratio of both RMSEs, seed by seed, has a mean whose interval is Student's;
-    one that begins above zero is worse. The intervals of all pairs of choices together hold with
-    95 % (Bonferroni): the best is the best of the same seeds, which luck has a part in. Bootstrap
-    intervals, as of estimators, are too short here: of five seeds they hold with 84 %, each
+    The logarithm of the ratio of both RMSEs, seed by seed, has a mean with a lower limit by
+    Student's distribution; where it is above zero the other one is worse. The limits of all the
+    others hold together with 95 % (Bonferroni), and so what is truly the best is the best here or
+    among those that are yielded, although the best here was found from the same seeds. Bootstrap
+    intervals, as of estimators, are too short for it: of five seeds they hold with 84 %, each
     (`benchmark.verdicts.coverage`). A choice that lost a seed is worse.
 
-    Source: O. J. Dunn, "Multiple comparisons among means", J. Am. Stat. Assoc. 56 (1961), 52-64.
+    Source: J. C. Hsu, "Simultaneous confidence intervals for all distances from the 'best'",
+    Ann. Statist. 9 (1981), 1026-1034.
     """
-    pairs = len(others) * (len(others) + 1) // 2
     for other in others:
         is_lost = math.isinf(worst(other.cell)) and not math.isinf(worst(best.cell))
-        if not is_lost and not _low(_log_ratios(matrix, best, other), pairs) > 0:
+        if not is_lost and not _low(_log_ratios(matrix, best, other), len(others)) > 0:
             yield other
 
 
@@ -62,11 +63,11 @@ def _log_ratios(matrix: Matrix, best: Choice, other: Choice) -> np.ndarray:
 
 
 def _low(values: np.ndarray, together: int) -> float:
-    """Return the lower end of a mean's interval, of so many; -inf of a single value."""
+    """Return the lower limit of a mean, of so many; -inf of a single value."""
     from scipy.stats import t  # slow to import, for reports only
 
     n = len(values)
     if n < 2:
         return -math.inf
-    tail = (1 - LEVEL) / 2 / together
+    tail = (1 - LEVEL) / together
     return float(np.mean(values) - t.isf(tail, n - 1) * np.std(values, ddof=1) / math.sqrt(n))

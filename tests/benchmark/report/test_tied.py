@@ -51,11 +51,11 @@ def test_errors_of_zero_are_compared() -> None:
     assert names_of_tied({**runs, (OTHER, "ekf"): [1.0, 1.1, 1.2]}) == []
 
 
-@pytest.mark.parametrize(("choices", "pairs"), [(2, 1), (3, 3), (8, 28)])
-def test_the_limit_is_students_with_bonferroni(choices: int, pairs: int) -> None:
-    """Just within SciPy's interval of so many pairs it is tied, just beyond it is not."""
+@pytest.mark.parametrize("choices", [2, 3, 8])
+def test_the_limit_is_students_with_bonferroni(choices: int) -> None:
+    """Just within SciPy's interval of so many it is tied, just beyond it is not."""
     noise = np.array([0.1, -0.3, 0.25, 0.0, 0.07])
-    level = 1 - 0.05 / pairs
+    level = 1 - 2 * 0.05 / (choices - 1)  # it has two ends
     mean = noise.mean() - stats.ttest_1samp(noise, 0.0).confidence_interval(level).low
     best = np.array([1.0, 2.0, 0.5, 1.5, 3.0])
     more = {("camera", f"other {k}"): [50.0 * v for v in best] for k in range(choices - 2)}
@@ -66,16 +66,17 @@ def test_the_limit_is_students_with_bonferroni(choices: int, pairs: int) -> None
 
 
 @pytest.mark.slow
-def test_equal_choices_are_rarely_told_apart() -> None:
-    """Of five that are the same but for luck, all are tied with the luckiest in 95 % of runs."""
-    rng, trials = np.random.default_rng(0), 60
+def test_the_true_best_is_rarely_excluded() -> None:
+    """Of five that are the same but for luck, each is kept in 95 % of runs, whoever is first."""
+    rng, trials = np.random.default_rng(0), 200
     names = [BEST, OTHER, THIRD, "camera", "accel"]
-    all_tied = 0
+    kept = 0
     for _ in range(trials):
-        errors = sorted(np.exp(0.3 * rng.standard_normal((5, 5))), key=np.median)
-        runs = {(name, "ekf"): list(of) for name, of in zip(names, errors, strict=True)}
-        all_tied += names_of_tied(runs) == names[1:]
-    assert all_tied >= stats.binom.ppf(0.001, trials, 0.95)
+        errors = dict(zip(names, np.exp(0.3 * rng.standard_normal((5, 5))), strict=True))
+        order = sorted(names, key=lambda name, e=errors: np.median(e[name]))  # type: ignore[misc]
+        runs = {(name, "ekf"): list(errors[name]) for name in order}
+        kept += THIRD in [order[0], *names_of_tied(runs)]
+    assert kept >= stats.binom.ppf(0.001, trials, 0.95)
 
 
 LUCK: Runs = {
