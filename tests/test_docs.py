@@ -88,7 +88,7 @@ def test_the_example_is_short() -> None:
     assert len(EXAMPLE.read_text("utf-8").splitlines()) <= 40
 
 
-@pytest.mark.parametrize("seconds", [10, pytest.param(50, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seconds", [4, pytest.param(50, marks=pytest.mark.slow)])
 def test_the_example_prints_every_estimator_and_they_agree(tmp_path: Path, seconds: int) -> None:
     """RMS errors to the printed digits; the position's is below one reading's noise."""
     text = EXAMPLE.read_text("utf-8")

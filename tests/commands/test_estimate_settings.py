@@ -19,6 +19,9 @@ from pen_mhe.estimators import ESTIMATORS, EstimatorRow, settings_of
 runner = CliRunner()
 pytestmark = pytest.mark.usefixtures("interpreted")
 
+QUICK = ("ekf", "mhe-rti")
+"""Estimators that run with their defaults in quick tests; those of all are run elsewhere."""
+
 WRITTEN = {
     "gate_probability": "0.9",
     "late_samples": "7",
@@ -101,7 +104,10 @@ def test_what_is_read_arrives_and_the_rest_is_refused(
     assert len(built) == 1
 
 
-@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize(
+    "estimator",
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in ESTIMATORS],
+)
 def test_what_is_not_given_is_not_passed_on(recording: Path, estimator: str) -> None:
     assert estimate(recording, estimator, [])[0] == 0
 

@@ -83,8 +83,8 @@ def test_columns_take_time_as_they_are_many(
         assert read_table(path).shape == (1, n)
         return time.process_time() - start
 
-    seconds(10)
-    assert seconds(8000) < 8 * seconds(2000) + 0.2
+    least = {n: min(seconds(n) for _ in range(3)) for n in (2000, 8000)}  # the rest is not reading
+    assert least[8000] < 8 * least[2000] + 0.2
 
 
 def test_too_many_columns_and_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,13 +28,11 @@ class SmallRun:
     run : fills a folder
     tasks : that it has
     reads_data : whether it needs the folder of real recordings
-    is_quick : whether one that Ctrl-C ends belongs into the quick tests
     """
 
     run: Callable[[Path], None]
     tasks: int
     reads_data: bool = False
-    is_quick: bool = False
 
 
 def suite(
@@ -44,7 +42,6 @@ def suite(
     data: str | None = None,
     *,
     seeds: int = 2,
-    is_quick: bool = False,
 ) -> SmallRun:
     """The last tasks of a suite; they are the quickest."""
 
@@ -55,12 +52,7 @@ def suite(
         benchmark_run.show_report = lambda folder: None  # type: ignore[assignment]
         benchmark_run.run_benchmark([name], folder, scope, Workers(JOBS), "small")
 
-    return SmallRun(
-        run,
-        tasks,
-        data is not None,
-        is_quick,
-    )
+    return SmallRun(run, tasks, data is not None)
 
 
 def is_ekf(task: Task) -> bool:
@@ -78,7 +70,7 @@ def small_suites(data: str) -> dict[str, SmallRun]:
         "bad-starts": suite("bad-starts", 8, is_ekf),
         "consistency": suite("consistency", 8, is_ekf),
         "optimum": suite("optimum", 6, seeds=30),
-        "printed-cost": suite("printed-cost", 10, is_quick=True),
+        "printed-cost": suite("printed-cost", 10),
         # Two races of each.
         "real-time": suite("real-time", 22, lambda task: task.case == "turntable_20"),
         "speed": suite("speed", 26, lambda task: task.case.startswith("turntable_20")),

@@ -1,4 +1,7 @@
-"""Ctrl-C and SIGKILL of every suite half-way: nothing finished is lost."""
+"""Ctrl-C and SIGKILL of every suite half-way: nothing finished is lost.
+
+Quick tests interrupt and kill the benchmark's runner, in `tests.benchmark.runner.test_killed_run`.
+"""
 
 from __future__ import annotations
 
@@ -32,20 +35,6 @@ WITHIN_S, ENDS_WITHIN_S = 200.0, 15.0
 TIMES = ("s", "µs", "cores", "full passes")
 """Units of figures that no two runs of what is timed have alike."""
 FIGURES = ["rmse", "bias", "max_error"]
-
-
-def cases() -> list[Any]:
-    """Runs and endings; a killed runner is in the quick tests of the benchmark, too."""
-    return [
-        pytest.param(
-            name,
-            ending,
-            marks=() if small.is_quick and ending == signal.SIGINT else pytest.mark.slow,
-            id=f"{name}-{ending.name}",
-        )
-        for name, small in SMALL.items()
-        for ending in (signal.SIGINT, signal.SIGKILL)
-    ]
 
 
 def test_every_suite_has_a_small_run() -> None:
@@ -112,7 +101,9 @@ def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return run
 
 
-@pytest.mark.parametrize(("name", "ending"), cases())
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGKILL], ids=lambda ending: ending.name)
+@pytest.mark.parametrize("name", SMALL)
 def test_nothing_finished_is_lost(
     name: str, ending: signal.Signals, tmp_path: Path, uninterrupted: Any
 ) -> None:
