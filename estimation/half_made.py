@@ -92,11 +92,16 @@ def _claimed(place: Path, make: Callable[[Path], int]) -> tuple[Path, int]:
     remove_left_overs(place)
     while True:
         path = place.with_name(f"{_short(place.name)}.{os.urandom(4).hex()}.part")
-        held = make(path)
+        # Before it has its lock, or is open, another run may take it for left over.
+        try:
+            held = make(path)
+        except FileNotFoundError:
+            if not place.parent.is_dir():
+                raise
+            continue
         if _locks is None:
             return path, held
         _locks.flock(held, _locks.LOCK_EX)
-        # Before it had its lock, another run may have taken it for left over.
         with contextlib.suppress(FileNotFoundError):
             if os.path.samestat(os.fstat(held), os.lstat(path)):
                 return path, held
