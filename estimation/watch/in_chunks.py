@@ -12,10 +12,9 @@ from estimation.watch.clean_rows import CleanRows
 from estimation.watch.state import WatchState
 from models.arrays import Array
 
-SHORTEST_CHUNK = 16
-"""Rows of the first chunk behind something that was found."""
 GROWTH = 4
-"""By how much the next one is longer: what a call costs beside its rows is soon spread."""
+"""By how much a chunk is longer than one that was clean; behind something that was found it is as
+long as what was clean before it, so that little is estimated for nothing."""
 
 
 def in_chunks(
@@ -61,7 +60,7 @@ def in_chunks(
                     yield part
                     done += len(part)
                 is_whole = done == rows.stop
-                size = min(GROWTH * size, BATCH_STEPS) if is_whole else SHORTEST_CHUNK
+                size = min(GROWTH * size, BATCH_STEPS) if is_whole else max(done - before, 1)
             if done < rows.stop:
                 began = time.perf_counter()
                 row = Measurement(float(time_s[done]), y[done])
