@@ -100,10 +100,10 @@ def pairs() -> list[Any]:
 
 @pytest.mark.parametrize(("name", "estimator"), pairs())
 def test_history_and_determinism(name: str, estimator: str) -> None:
-    steps = measurements(name)
-    first = run_measurements(quick(estimator, MODELS[name]), steps, covariances=True)
+    steps, built = measurements(name), quick(estimator, MODELS[name])
+    first = run_measurements(built, steps, covariances=True)
     check_history(MODELS[name], first, len(steps))
-    again = run_measurements(quick(estimator, MODELS[name]), steps, covariances=True)
+    again = run_measurements(built, steps, covariances=True)
     np.testing.assert_array_equal(first.mean, again.mean)
     np.testing.assert_array_equal(first.covariance, again.covariance)
 

@@ -7,6 +7,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pytest
+
 from tests.house import ROOT, rooms
 
 SCRIPT = f"""
@@ -32,6 +34,7 @@ def test_the_wheel_the_archive_and_the_types_have_every_room() -> None:
     assert {name for name in archived if (ROOT / name).is_dir()} == {*rooms(), "tests"}
 
 
+@pytest.mark.slow  # .ci/run runs it by itself
 def test_the_wheel_works_elsewhere(tmp_path: Path) -> None:
     built, site = tmp_path / "dist", tmp_path / "site"
     subprocess.run(

@@ -46,7 +46,9 @@ def test_operations_by_hand() -> None:
 
 
 @pytest.mark.usefixtures("interpreted")
-@pytest.mark.parametrize("estimator", ["ekf", "mhe-rti", "mhe"])
+@pytest.mark.parametrize(
+    "estimator", ["ekf", "mhe-rti", pytest.param("mhe", marks=pytest.mark.slow)]
+)
 def test_operations_are_those_that_are_called(
     estimator: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
