@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from benchmark.report.choice import (
     ENOUGH,
@@ -127,7 +127,13 @@ def _ranked(matrix: Matrix, among: Sequence[str]) -> list[Choice]:
 
 
 def _pick(
-    matrix: Matrix, budget: str, choice: Choice, best: Choice, among: Sequence[Choice]
+    matrix: Matrix,
+    budget: str,
+    choice: Choice,
+    best: Choice,
+    among: Sequence[Choice],
+    *,
+    cheaper: str = "",
 ) -> Pick:
     """Return what to take: a choice, one of those of the budget; the best is of all budgets."""
     take, why = chosen_estimator(matrix, choice.sensors)
@@ -135,7 +141,7 @@ def _pick(
     take, why = (take, why) if why else (choice.estimator, _ONE_SIDE)
     figure = _figure(matrix, choice.sensors, take, best)
     as_good, seeds = _cheaper_and_tied(matrix, choice, among), count(choice.cell.seeds, "seed")
-    return Pick(budget, choice.sensors, take, figure, pays, why, as_good=as_good, open_with=seeds)
+    return Pick(budget, choice.sensors, take, figure, pays, why, cheaper, as_good, seeds)
 
 
 def _cheaper_and_tied(matrix: Matrix, choice: Choice, among: Sequence[Choice]) -> tuple[str, ...]:
@@ -164,7 +170,7 @@ def _without_camera(matrix: Matrix, best: Choice) -> list[Pick]:
         take = chosen_estimator(matrix, cheapest.sensors)[0] or cheapest.estimator
         figure = _figure(matrix, cheapest.sensors, take, best)
         cheaper = f"{cheapest.sensors} with {take} ({figure})"
-    return [replace(_pick(matrix, WITHOUT, better, best, ranked), cheaper=cheaper)]
+    return [_pick(matrix, WITHOUT, better, best, ranked, cheaper=cheaper)]
 
 
 def _figure(matrix: Matrix, sensors: str, estimator: str, best: Choice) -> str:

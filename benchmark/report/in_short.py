@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from benchmark.report.advice import NO, OPEN, WITH, WITHOUT, YES, listed
+from benchmark.report.advice import NO, OPEN, WITH, WITHOUT, YES, Pick, listed
 from benchmark.report.numbers import count
 
 if TYPE_CHECKING:
@@ -32,12 +32,7 @@ def headlines(answers: Sequence[Answer]) -> list[str]:
     """Return a sentence per budget, and one that says how often optimising pays."""
     found = [said for budget in (WITH, WITHOUT) if (said := _headline(answers, budget))]
     found += _not_told_apart(answers)
-    picks = [
-        (f"{answer.matrix.quantity} {pick.budget}", pick.pays)
-        for answer in answers
-        for pick in answer.advice.picks
-        if pick.sensors
-    ]
+    picks = [(name, pick.pays) for name, pick in _named(answers) if pick.sensors]
     if not picks:
         return found
     paying, unknown = ([name for name, pays in picks if pays == word] for word in (YES, OPEN))
@@ -52,6 +47,15 @@ def headlines(answers: Sequence[Answer]) -> list[str]:
     if not paying and all(pays == NO for _, pays in picks):
         said += ": nothing shows the EKF worse there, and it is cheaper"
     return [*found, f"{said}."]
+
+
+def _named(answers: Sequence[Answer]) -> list[tuple[str, Pick]]:
+    """Return every pick behind its quantity and budget in words."""
+    return [
+        (f"{answer.matrix.quantity} {pick.budget}", pick)
+        for answer in answers
+        for pick in answer.advice.picks
+    ]
 
 
 def _headline(answers: Sequence[Answer], budget: str) -> str:
@@ -71,9 +75,8 @@ def _headline(answers: Sequence[Answer], budget: str) -> str:
 def _not_told_apart(answers: Sequence[Answer]) -> list[str]:
     """Say for which quantities a cheaper choice of sensors may be as good."""
     unsure = [
-        (f"{answer.matrix.quantity} {pick.budget} ({listed([*pick.as_good])})", pick.open_with)
-        for answer in answers
-        for pick in answer.advice.picks
+        (f"{name} ({listed([*pick.as_good])})", pick.open_with)
+        for name, pick in _named(answers)
         if pick.as_good
     ]
     if not unsure:

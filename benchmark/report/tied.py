@@ -10,8 +10,8 @@ import numpy as np
 
 from benchmark.report.choice import worst
 from benchmark.report.matrix import Cell, Matrix
-from benchmark.tasks.task import OK
 from benchmark.verdicts.bootstrap import LEVEL
+from benchmark.verdicts.paired import counting
 
 
 @dataclass(frozen=True)
@@ -44,13 +44,7 @@ def tied(matrix: Matrix, best: Choice, others: Sequence[Choice]) -> Iterator[Cho
 
 def _log_ratios(matrix: Matrix, best: Choice, other: Choice) -> np.ndarray:
     """Return log(RMSE of the other / RMSE of the best), (n,), of the seeds that both have."""
-    rows = matrix.rows
-    of = rows[
-        (rows["quantity"] == matrix.quantity)
-        & (rows["status"] == OK)
-        & rows["observable"].eq(True)
-        & np.isfinite(rows["rmse"])
-    ]
+    of = counting(matrix.rows[matrix.rows["quantity"] == matrix.quantity])
     first, second = (
         of[(of["sensors"] == choice.sensors) & (of["estimator"] == choice.estimator)].set_index(
             ["case", "seed"]

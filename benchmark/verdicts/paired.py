@@ -19,10 +19,15 @@ SAME, SAME_FRACTION = "the same within 1 %", 0.01
 GROUP = ["suite", "sensors", "quantity", "unit"]
 
 
+def counting(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of runs that count: `OK`, and the quantity observable and finite."""
+    return rows[(rows["status"] == OK) & rows["observable"].eq(True) & np.isfinite(rows["rmse"])]
+
+
 def paired(rows: pd.DataFrame, estimator: str = "ekf", other: str = "mhe") -> pd.DataFrame:
     """Compare the RMSE of two estimators on the runs that both have.
 
-    A run counts where both are `OK` and the quantity is observable and finite.
+    A run counts where both do, see `counting`.
 
     Returns
     -------
@@ -33,7 +38,7 @@ def paired(rows: pd.DataFrame, estimator: str = "ekf", other: str = "mhe") -> pd
     """
     import pandas as pd  # slow to import, for tables only
 
-    seen = rows[(rows["status"] == OK) & rows["observable"].eq(True) & np.isfinite(rows["rmse"])]
+    seen = counting(rows)
     keys = [*GROUP, "case", "seed"]
     first, second = (
         seen[seen["estimator"] == name][[*keys, "rmse"]].rename(columns={"rmse": name})
