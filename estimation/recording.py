@@ -10,37 +10,16 @@ import numpy as np
 
 from estimation.arrivals import given_arrivals, has_reading, merged_arrivals
 from estimation.input_columns import given_inputs
+from estimation.measurement import Measurement as Measurement  # many take both from here
 from estimation.reading_columns import given_columns, given_readings, given_times
 from estimation.stacking import check_sensors, in_order_of_arrival, in_order_of_capture
-from estimation.truth import Truth as Truth  # many take both from here
-from models.arrays import Array, numbers
+from estimation.truth import Truth as Truth
+from models.arrays import Array
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
 from models.names import expected_one_of
 from models.state_space import StateSpaceModel
 from models.units import TIME_DIGITS
-
-
-@dataclass(frozen=True, eq=False)
-class Measurement:
-    """All that is known of one instant: time (s) and stacked readings y (n_row,), NaN = missing.
-
-    Behind its n_y readings stand the inputs of a model that has some: see `stack` of
-    `models.state_space.StateSpaceModel`. An input that is missing is as it was before.
-
-    Its time is that of capture. Measurements are given in the order in which they arrive, so one
-    may be older than those before it. When it arrived (s) is kept with the estimate, where it is
-    known; no estimator reads it.
-    """
-
-    time_s: float
-    y: Array
-    arrival_s: float | None = None
-
-    def __post_init__(self) -> None:
-        if type(self.y) is not np.ndarray or self.y.dtype != np.float64:
-            y = numbers(self.y, "readings of a measurement", "(n_row,) numbers")
-            object.__setattr__(self, "y", y)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 def numbers(given: Any, what: str, expected: str) -> Array:
     """Return numbers, lists of them or a pandas object as an array; NaN where there is None.
 
+    So it is where an array is masked: what lies beneath a mask is no reading.
+
     Parameters
     ----------
     what : they are: ``readings of ruler``
@@ -25,8 +27,10 @@ def numbers(given: Any, what: str, expected: str) -> Array:
     InputError
         If they are no numbers, or lists of different lengths.
     """
-    if isinstance(given, np.ndarray) and given.dtype == np.float64:
+    if type(given) is np.ndarray and given.dtype == np.float64:
         return given
+    if isinstance(given, np.ma.MaskedArray):
+        return np.where(given.mask, np.nan, numbers(given.data, what, expected))
     try:
         found = np.asarray(given)
         if found.dtype.kind in "mMcSU":  # dates become nanoseconds, complex numbers lose a part

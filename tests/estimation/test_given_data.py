@@ -59,6 +59,9 @@ TAKEN: dict[str, Callable[[], Recording]] = {
     "None where there is none": lambda: recording(
         readings={"float": [1, None, 1.2], "scale": BOTH}
     ),
+    "masked where there is none": lambda: recording(
+        readings={"float": np.ma.masked_equal([1.0, 7.0, 1.2], 7.0), "scale": BOTH}
+    ),
     "a number": lambda: recording(inputs={"flow": 0.5}),
     "pandas": lambda: recording(
         time_s=FRAME["time_s"],
@@ -93,6 +96,10 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "lists of different lengths": (
         lambda: recording(readings={"float": LEVEL, "scale": [[1], [1, 2], [3]]}),
         "readings of scale: list that holds no numbers",
+    ),
+    "masked times": (
+        lambda: recording(time_s=np.ma.masked_equal([0.0, 7.0, 9.0], 7.0)),
+        "time of row 1 is not finite",
     ),
     "a time": (lambda: recording(time_s=0.0), r"times have shape \(\), expected \(n,\) seconds"),
     "times in columns": (lambda: recording(time_s=np.zeros((3, 1))), r"times have shape \(3, 1\)"),
@@ -176,10 +183,34 @@ def test_a_measurement_is_taken_or_refused(name: str) -> None:
             estimator.step(estimator.init(), Measurement(0.0, y))
     with pytest.raises(InputError, match="time of a measurement is nan, expected a number"):
         estimator.step(estimator.init(), Measurement(np.nan, stacked))
+    with pytest.raises(InputError, match="time of a measurement: str that holds no numbers"):
+        Measurement("0.1", stacked)
+    with pytest.raises(InputError, match=r"time of a measurement has shape \(1,\), expected one"):
+        Measurement([0.1], stacked)
     with pytest.raises(InputError, match=r"sensor flaot is unknown, .*; did you mean float"):
         model.stack({"flaot": np.ones(1)})
     with pytest.raises(InputError, match=r"reading of scale has shape \(\), expected \(2,\)"):
         model.stack({"scale": 1.0})
+
+
+@pytest.mark.parametrize("name", LEAST_SQUARES)
+def test_a_loop_may_read_into_one_buffer(name: str) -> None:
+    """What an estimator goes back to is what was measured, not what the buffer holds by then."""
+    rows = [[1.0, 0.1, 2.0, 0.5], [1.1, 0.2, 2.1, 0.4], [0.9, 0.0, 1.9, 0.6], [1.0, 0.3, 2.2, 0.5]]
+    times, buffer = (0.0, 0.1, 0.3, 0.2), np.empty(4)  # the last one is late
+
+    def newest(given: Callable[[list[float]], Any]) -> Any:
+        estimator = create_estimator(name, tank(), **settings_read(name, {"horizon": 5}))
+        state = estimator.init()
+        for time_s, row in zip(times, rows, strict=True):
+            state, estimate = estimator.step(state, Measurement(time_s, given(row)))
+        return estimate.state.mean
+
+    def buffered(row: list[float]) -> Any:
+        buffer[:] = row
+        return buffer
+
+    np.testing.assert_array_equal(newest(buffered), newest(list))
 
 
 def test_every_estimator_takes_lists() -> None:
