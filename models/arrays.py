@@ -39,3 +39,20 @@ def numbers(given: Any, what: str, expected: str) -> Array:
     except (TypeError, ValueError):
         kind = type(given).__name__
         raise InputError(f"{what}: {kind} that holds no numbers, expected {expected}") from None
+
+
+def kept(array: Array) -> Array:
+    """Return a copy that nobody can change."""
+    copy = array.copy()
+    copy.flags.writeable = False
+    return copy
+
+
+def keep_arrays(value: Any) -> None:
+    """Give a frozen value arrays of its own that nobody can change.
+
+    What is made of it is made once: a number that changed later would hold for some parts only.
+    """
+    for name, part in vars(value).items():
+        if isinstance(part, np.ndarray):
+            object.__setattr__(value, name, kept(part))

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arrays import Array
+from models.arrays import Array, keep_arrays
 from models.units import TIME_DIGITS
 
 SATURATED_FRACTION = 0.999
@@ -102,6 +102,9 @@ class SensorModel:
     is_disturbed: bool = False
     is_derived: bool = False
     rest: RestRule | None = None
+
+    def __post_init__(self) -> None:
+        keep_arrays(self)
 
     @property
     def reads_inputs(self) -> bool:

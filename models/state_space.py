@@ -21,7 +21,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arrays import Array
+from models.arrays import Array, keep_arrays, kept
 from models.bounds import split_bounds
 from models.errors import InputError
 from models.feasibility import feasible
@@ -86,6 +86,7 @@ class StateSpaceModel:
 
     def __post_init__(self) -> None:
         check_model(self)
+        keep_arrays(self)
 
     @property
     def n_x(self) -> int:
@@ -120,7 +121,7 @@ class StateSpaceModel:
     @cached_property
     def noise_std(self) -> Array:
         """(n_r,) standard deviations of the stacked residual."""
-        return np.concatenate([np.zeros(0), *(sensor.noise_std for sensor in self.sensors)])
+        return kept(np.concatenate([np.zeros(0), *(sensor.noise_std for sensor in self.sensors)]))
 
     @cached_property
     def row_needs(self) -> NDArray[np.bool_]:

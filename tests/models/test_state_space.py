@@ -31,6 +31,27 @@ def test_frozen(value: Any, field: str) -> None:
         setattr(value, field, None)
 
 
+ARRAYS = {
+    "bounds": lambda: PEN.lower,
+    "noise": lambda: PEN.noise_std,
+    "a sensor's noise": lambda: PEN.sensors[0].noise_std,
+}
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+def test_numbers_do_not_change_either(name: str) -> None:
+    """What an estimator made of them before would hold for some of its parts only."""
+    with pytest.raises(ValueError, match="read-only"):
+        ARRAYS[name]()[...] = 1.0
+
+
+def test_numbers_are_the_models_own() -> None:
+    lower = np.full(N, -1.0)
+    model = PEN.replace(lower=lower)
+    lower[0] = 5.0
+    assert model.lower[0] == -1.0
+
+
 def test_replace_leaves_the_original_alone() -> None:
     other = PEN.replace(name="other")
     assert (other.name, PEN.name) == ("other", "test pen, 6 degrees of freedom")
