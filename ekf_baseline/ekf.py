@@ -15,6 +15,7 @@ from estimation.chosen import chosen
 from estimation.collect import Batches
 from estimation.engine import CompiledEngine, Loop
 from estimation.estimate import Estimate, EstimateHistory
+from estimation.exclusive import Exclusive, in_turn
 from estimation.intervals import check_step
 from estimation.linearisation import loop_functions
 from estimation.losses import checked_gates, checked_thresholds, of_sensors
@@ -73,7 +74,7 @@ class EkfConfig:
         return dict.fromkeys(sensors, gate)
 
 
-class Ekf:
+class Ekf(Exclusive):
     """Extended Kalman filter on a state-space model.
 
     Each step predicts to the measurement's time and updates with the readings
@@ -98,6 +99,7 @@ class Ekf:
     def __init__(self, model: StateSpaceModel, config: EkfConfig | None = None) -> None:
         self.model = model
         self.config = checked_config(self.name, config, EkfConfig)
+        super().__init__(model, self.config)
         self._kept = kept_for(model, self.config.late_samples)
         self._engine = chosen(
             lambda: CompiledEngine(model, filter_loop(model, self.config)),
@@ -117,6 +119,7 @@ class Ekf:
         """
         return first_filter(self.model, self._kept, prior)
 
+    @in_turn
     def step(self, state: EkfState, measurement: Measurement) -> tuple[EkfState, Estimate]:
         """Predict to the measurement's time and update; one that is late changes what followed."""
         if (newest_s := state.time_s) is not None:
@@ -132,6 +135,7 @@ class Ekf:
         """Return the state and the estimate of a step of the engine."""
         return EkfState(memory, self._layout), self._reader.estimate(result)
 
+    @in_turn
     def batch(
         self,
         state: EkfState,

@@ -14,6 +14,7 @@ from ekf_baseline.ukf_state import UkfState, gone_back
 from ekf_baseline.unscented import Spread, root
 from estimation.estimate import Estimate
 from estimation.estimator import first_state, late_estimate, remarks
+from estimation.exclusive import Exclusive, in_turn
 from estimation.inputs import with_inputs
 from estimation.intervals import check_step
 from estimation.kalman_stage import rows_present, without_gaps
@@ -62,7 +63,7 @@ class UkfConfig:
         check_late_samples(self.late_samples)
 
 
-class Ukf:
+class Ukf(Exclusive):
     """Unscented Kalman filter on a state-space model.
 
     Noise takes part in the points (it may enter f in any way), and an update makes points anew.
@@ -82,6 +83,7 @@ class Ukf:
     def __init__(self, model: StateSpaceModel, config: UkfConfig | None = None) -> None:
         self.model = model
         self.config = checked_config(self.name, config, UkfConfig)
+        super().__init__(model, self.config)
         self._points, self._rest = SigmaPoints(model), RestDetector(model)
         self._kept = kept_for(model, self.config.late_samples).capacity
         told = self.config.alpha, self.config.beta, self.config.kappa
@@ -93,6 +95,7 @@ class Ukf:
         first = first_state(self.model, prior)
         return UkfState(None, first, np.full(self.model.n_u, np.nan), self._rest.first())
 
+    @in_turn
     def step(self, state: UkfState, measurement: Measurement) -> tuple[UkfState, Estimate]:
         """Predict to the measurement's time and update; one that is late changes what followed."""
         start, model, time_s = time.perf_counter(), self.model, measurement.time_s

@@ -25,7 +25,7 @@ StateT = TypeVar("StateT")
 class Estimator(Protocol[StateT]):
     """An estimator: a state that is returned, never changed in place.
 
-    An instance owns its solver's workspace: one per thread or process.
+    An instance owns its solver's workspace: one per thread, or threads take turns.
     """
 
     @property

@@ -1,4 +1,4 @@
-"""Values go to another process and come back: recordings, histories, models, settings, states."""
+"""Recordings, histories, models, settings, states and estimators go to a process and back."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import copy
 import dataclasses
 import multiprocessing
 import pickle
+import time
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
@@ -17,13 +18,16 @@ from pydantic import BaseModel
 
 from benchmark.bodies import BODIES
 from ekf_baseline.ekf import Ekf, EkfConfig
+from ekf_baseline.ukf import Ukf, UkfConfig
 from estimation.estimate import EstimateHistory
-from estimation.estimator import run
+from estimation.estimator import run, run_measurements
 from estimation.recording import Measurement, Recording
-from mhe.config import MheConfig, MheRtiConfig
-from mhe.realtime import MheRti
+from mhe.config import MheConfig, MheIpoptConfig, MheRtiConfig
+from mhe.realtime import Mhe, MheRti
+from mhe.reference.ipopt import MheIpopt
 from models.state_space import StateSpaceModel
 from pen_mhe.comparison import compare
+from pen_mhe.watching import watched
 from suites.bad_starts.cases import CASES, case_pen
 from tests.linear_models import coupled_system
 
@@ -100,8 +104,11 @@ def assert_equal(one: Any, other: Any) -> None:
         assert one == other
 
 
+AGAIN = [copy.deepcopy, lambda value: pickle.loads(pickle.dumps(value))]
+
+
 @pytest.mark.cover
-@pytest.mark.parametrize("again", [copy.deepcopy, lambda value: pickle.loads(pickle.dumps(value))])
+@pytest.mark.parametrize("again", AGAIN)
 @pytest.mark.parametrize("name", VALUES)
 def test_a_value_comes_back(name: str, again: Callable[[Any], Any]) -> None:
     value = VALUES[name]()
@@ -115,6 +122,28 @@ def test_readings_cannot_be_changed() -> None:
     for some in (data, data.first(1.0), data.select(["gyro"])):
         with pytest.raises(TypeError, match="cannot be changed"):
             some.readings["gyro"] = np.zeros((3, 2))  # type: ignore[index]
+
+
+BUILT: dict[str, Callable[[StateSpaceModel], Any]] = {
+    **ESTIMATORS,
+    "ukf": lambda model: Ukf(model, UkfConfig(alpha=0.5)),
+    "mhe": lambda model: Mhe(model, MheConfig(horizon=3), clock=time.monotonic),
+    "mhe-ipopt": lambda model: MheIpopt(model, MheIpoptConfig(horizon=2)),
+    "watched": lambda model: watched(Ekf(model, EkfConfig(gate_probability=0.99)), on_lost="hold"),
+}
+
+
+@pytest.mark.parametrize("again", AGAIN)
+@pytest.mark.parametrize("name", BUILT)
+def test_an_estimator_is_built_again(name: str, again: Callable[[Any], Any]) -> None:
+    """Of its model and settings: its workspace stays where it is."""
+    system = coupled_system(0)
+    estimator = BUILT[name](system.model)
+    found = again(estimator)
+    assert_equal(found.config, estimator.config)
+    given = system.simulate(np.arange(4.0), np.random.default_rng(1))
+    told, wanted = (run_measurements(each, given).mean for each in (found, estimator))
+    assert_equal(told, wanted)
 
 
 def test_another_process_estimates_the_same() -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from estimation.collect import collected
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import Estimator, LookingBack, first_state
+from estimation.exclusive import Exclusive, in_turn
 from estimation.recording import Measurement
 from estimation.settings import checked_config
 from estimation.status import Status
@@ -41,7 +42,7 @@ from models.arrays import Array
 from models.given_prior import Prior
 
 
-class Watched:
+class Watched(Exclusive):
     """An estimator and its watch; itself an estimator, of the same name.
 
     Parameters
@@ -60,6 +61,7 @@ class Watched:
     ) -> None:
         self.estimator, self.model, self.name = estimator, estimator.model, estimator.name
         config = self.config = checked_config("watch", config, WatchConfig)
+        super().__init__(estimator, config, clock=clock)
         self.lags = estimator.lags if isinstance(estimator, LookingBack) else ()
         levels, statistics = MotionLevels(estimator), Statistics(self.model, limits_of(self.model))
         self._statistics, self._reach = statistics, Reach(self.model)
@@ -97,6 +99,7 @@ class Watched:
             blamed=((-np.inf, RETRY_S),) * self._n,
         )
 
+    @in_turn
     def step(
         self, state: WatchState | CleanState, measurement: Measurement
     ) -> tuple[WatchState | CleanState, Estimate]:
@@ -177,6 +180,7 @@ class Watched:
             status |= Status.INCONSISTENT
         return replace(estimate, status=status, flagged=flagged)
 
+    @in_turn
     def batch(
         self,
         state: WatchState | CleanState,

@@ -8,6 +8,7 @@ import numpy as np
 
 from estimation.estimate import Estimate, Window
 from estimation.estimator import first_state, late_estimate, remarks
+from estimation.exclusive import Exclusive, in_turn
 from estimation.function_call import FunctionCall
 from estimation.inputs import all_with_inputs, with_inputs, without_readings
 from estimation.intervals import check_step
@@ -34,7 +35,7 @@ from models.given_prior import Prior
 from models.state_space import StateSpaceModel
 
 
-class MheIpopt:
+class MheIpopt(Exclusive):
     """Moving-horizon estimator that solves every window to convergence with IPOPT.
 
     At the start the window grows from one stage. The covariance of the newest
@@ -52,6 +53,7 @@ class MheIpopt:
     def __init__(self, model: StateSpaceModel, config: MheIpoptConfig | None = None) -> None:
         self.model = model
         self.config = checked_config(self.name, config, MheIpoptConfig)
+        super().__init__(model, self.config)
         self._stage, self._weights = KalmanStage(model), Weights(model, self.config)
         self._rest, functions = RestDetector(model), pass_functions(model, *self._stage.functions)
         self._smoother = Smoother({f.name(): FunctionCall(f) for f in functions})
@@ -71,6 +73,7 @@ class MheIpopt:
             prior = diffuse(prior)
         return MheState(prior, (), (), None, prior, self._rest.first())
 
+    @in_turn
     def step(self, state: MheState, measurement: Measurement) -> tuple[MheState, Estimate]:
         """Slide the window onto the measurement and solve it."""
         check_rows(self.model, np.asarray(measurement.time_s), measurement.y)
@@ -127,6 +130,7 @@ class MheIpopt:
         rest, y = self._rest.step(state.rest, dt, y)
         return rest, replace(measurement, y=y)
 
+    @in_turn
     def solve(
         self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
     ) -> WindowSolution:

@@ -1,4 +1,7 @@
-"""Estimators in threads of their own do not disturb each other: compiled calls run at once."""
+"""Estimators in threads of their own do not disturb each other: compiled calls run at once.
+
+Threads that share one take turns in it: with its workspace for both the process would end.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +14,13 @@ import numpy as np
 import pytest
 
 from ekf_baseline.ekf import Ekf
+from ekf_baseline.ukf import Ukf
+from estimation.estimator import run_measurements
 from estimation.recording import Measurement
-from mhe.config import MheConfig, MheRtiConfig
+from estimation.watch.watched import Watched
+from mhe.config import MheConfig, MheIpoptConfig, MheRtiConfig
 from mhe.realtime import Mhe, MheRti
+from mhe.reference.ipopt import MheIpopt
 from models.arrays import Array
 from models.state_space import StateSpaceModel
 from tests.estimation import pens
@@ -58,6 +65,32 @@ def test_two_at_once_are_two_in_turn(pair: tuple[str, str]) -> None:
         for repeated in means:
             np.testing.assert_array_equal(repeated, expected)
     assert not np.array_equal(wanted[0], wanted[1])
+
+
+SHARED: dict[str, Callable[[StateSpaceModel], Any]] = {
+    **ESTIMATORS,
+    "ukf": Ukf,
+    "mhe-ipopt": lambda model: MheIpopt(model, MheIpoptConfig(horizon=2)),
+    "watched": lambda model: Watched(Ekf(model)),
+}
+
+
+@pytest.mark.parametrize("name", SHARED)
+def test_threads_that_share_an_estimator_take_turns(name: str) -> None:
+    estimator = SHARED[name](MODEL)
+    both = [run.measurements[:10] for run in RUNS]
+    ready = threading.Barrier(2)
+
+    def follow(i: int, *, wait: bool = True) -> Array:
+        if wait:
+            ready.wait()
+        return run_measurements(estimator, both[i]).mean
+
+    wanted = [follow(i, wait=False) for i in range(2)]
+    with ThreadPoolExecutor(2) as pool:
+        found = [pool.submit(follow, i) for _ in range(3) for i in range(2)]
+    for i, each in enumerate(found):
+        np.testing.assert_array_equal(each.result(), wanted[i % 2])
 
 
 def test_estimators_may_be_built_in_threads() -> None:
