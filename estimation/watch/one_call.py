@@ -14,6 +14,7 @@ import numpy as np
 
 from estimation.engine import NATIVE, CompiledEngine
 from estimation.estimate import Estimate
+from estimation.frozen import changed
 from estimation.layout import KernelAddress, Layout
 from estimation.machine import Machine, address
 from estimation.recording import Measurement
@@ -21,7 +22,7 @@ from estimation.status import Status
 from estimation.watch.asked import Calmer
 from estimation.watch.compiled import CONSTANTS, SOURCES, statistics_structure, watch_library
 from estimation.watch.past import BETWEEN_ANCHORS, Chained, CleanPart
-from estimation.watch.state import WatchState, changed
+from estimation.watch.state import WatchState
 from estimation.watch.statistics import Statistics
 from models.arrays import Array
 
