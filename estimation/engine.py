@@ -60,14 +60,14 @@ class CompiledEngine:
         if not (
             y.dtype is NATIVE
             and y.shape == self._shape
-            and y.flags.c_contiguous
             and given.shape == self._given_shape
             and math.isfinite(time_s)
             and not self._model.n_u
         ):
             _, y = checked_input(self.memory, self._model, given, np.asarray(time_s), y)
         memory, result = np.empty(self.memory.size), np.empty(self.result.size)
-        self._step(self._self, address(given), address(memory), time_s, address(y), address(result))
+        row = y.tobytes()  # faster than its address
+        self._step(self._self, address(given), address(memory), time_s, row, address(result))
         return memory, result
 
     def batch(self, given: Array, time_s: Array, y: Array) -> tuple[Array, Array]:

@@ -9,12 +9,14 @@ import numpy as np
 
 from estimation.covariances import Covariances
 from estimation.estimate import Estimate, EstimateHistory, Window
+from estimation.frozen import made
 from estimation.innovations import innovation_std, row_sets, squared_innovations
 from estimation.inputs import with_inputs
 from estimation.lagged import LaggedEstimates, LaggedState
 from estimation.layout import Layout
 from estimation.outputs import derived_outputs
 from estimation.status import Status
+from estimation.watch.flags import not_watched
 from models.arrays import Array
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
@@ -126,20 +128,23 @@ class ResultReader:
 
     def estimate(self, result: Array, window: Window | None = None) -> Estimate:
         """Return one step's estimate; its arrays are views of `result`."""
-        return Estimate(
-            result.item(self._time),
-            GaussianState(result[self._mean], result[self._covariance].reshape(self._square_x)),
-            self.status(result.item(self._status)),
-            result[self._v],
-            result[self._S].reshape(self._square_r),
-            int(result.item(self._iterations)),
-            window,
-            result.item(self._step_time),
-            result.item(self._kkt),
-            int(result.item(self._reused)),
-            result[self._derived],
-            result[self._derived_std],
-            self._lagged(result) if self.lags else (),
+        P = result[self._covariance].reshape(self._square_x)
+        return made(
+            Estimate,
+            time_s=result.item(self._time),
+            state=GaussianState(result[self._mean], P),
+            status=self.status(result.item(self._status)),
+            innovation=result[self._v],
+            innovation_covariance=result[self._S].reshape(self._square_r),
+            iterations=int(result.item(self._iterations)),
+            window=window,
+            call_s=result.item(self._step_time),
+            kkt_residual=result.item(self._kkt),
+            reused_stages=int(result.item(self._reused)),
+            derived=result[self._derived],
+            derived_std=result[self._derived_std],
+            lagged=self._lagged(result) if self.lags else (),
+            flagged=not_watched(),
         )
 
     def _lagged(self, result: Array) -> tuple[LaggedState, ...]:

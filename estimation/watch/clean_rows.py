@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from estimation.estimate import Estimate, EstimateHistory
 from estimation.estimator import BatchEstimator
+from estimation.frozen import changed
 from estimation.inputs import rows_with_inputs
 from estimation.recording import Measurement
 from estimation.status import Status
@@ -20,7 +21,7 @@ from estimation.watch.one_call import GAP_S, CleanState, OneCall, can_be_one_cal
 from estimation.watch.past import NONE_DROPPED, CleanPart, PastRow
 from estimation.watch.quiet import Quiet
 from estimation.watch.reach import Reach
-from estimation.watch.state import WatchState, changed
+from estimation.watch.state import WatchState
 from estimation.watch.statistics import Statistics
 from models.arrays import Array
 from models.state_space import StateSpaceModel

@@ -16,11 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimation.estimate import Estimate
+from estimation.frozen import changed
 from estimation.recording import Measurement
 from estimation.watch.adopting import QUIET_S
 from estimation.watch.deadline import OutOfTimeError, Spending
 from estimation.watch.remembered import RememberedReplays
-from estimation.watch.state import RETRY_S, WatchState, changed
+from estimation.watch.state import RETRY_S, WatchState
 
 Look = Callable[[WatchState, Measurement], tuple[WatchState, Estimate]]
 

@@ -5,15 +5,17 @@
 typedef void (*step_function)(void *self, const real *given, real *memory, real time,
                               const real *y, real *result);
 
-/* Take an instant that is not late. Returns whether nothing stands out, as `watch_one` has it; the
- * estimator's state and result are made in any case. */
+/* Take an instant that is not late; behind what a step told, and its result, is what the watch keeps.
+ * Returns whether nothing stands out, as `watch_one` has it; the estimator's state and result are
+ * made in any case. */
 integer watch_step(const Stepping *w, const real *given, real *memory, real time_s, const real *y,
-                   real *result, const real *before, real *after);
+                   const real *told, real *result);
 integer watch_step(const Stepping *w, const real *given, real *memory, real time_s, const real *y,
-                   real *result, const real *before, real *after)
+                   const real *told, real *result)
 {
     const Kept *at = &w->kept;
-    const real *calmer = before + at->calmer;
+    const real *before = told + w->result_size, *calmer = before + at->calmer;
+    real *after = result + w->result_size;
     ((step_function)w->step)((void *)(intptr_t)w->self, given, memory, time_s, y, result);
     const integer status = (integer)result[w->status];
     if (status & STATUS_SOLVER_FAILED) return 0; /* another solver may have to try */

@@ -14,14 +14,15 @@ import numpy as np
 
 from estimation.engine import NATIVE, CompiledEngine
 from estimation.estimate import Estimate
+from estimation.frozen import changed
 from estimation.layout import KernelAddress, Layout
 from estimation.machine import Machine, address
 from estimation.recording import Measurement
 from estimation.status import Status
 from estimation.watch.asked import Calmer
 from estimation.watch.compiled import CONSTANTS, SOURCES, statistics_structure, watch_library
-from estimation.watch.past import BETWEEN_ANCHORS, Chained, CleanPart, Past
-from estimation.watch.state import WatchState, changed
+from estimation.watch.past import BETWEEN_ANCHORS, Chained, CleanPart
+from estimation.watch.state import WatchState
 from estimation.watch.statistics import Statistics
 from models.arrays import Array
 
@@ -39,10 +40,10 @@ class CleanState(NamedTuple):
 
     Parameters
     ----------
-    since : the state that had to be looked at last
+    since : the state that had to be looked at last, with the past up to where a state was kept
     inner : the state of the estimator that is watched
     told : what the last step said, and what the watch keeps behind it, see `OneCall`
-    inner_at, kept_at : addresses of the inner state's memory, and of what is kept
+    inner_at, told_at : addresses of the inner state's memory, and of what was told
     rows : since then, chained as of `CleanPart`
     n_rows, first_s : how many they are, and when the first was
     time_s : of the newest instant
@@ -52,7 +53,7 @@ class CleanState(NamedTuple):
     inner: Any
     told: Array
     inner_at: int
-    kept_at: int
+    told_at: int
     rows: Chained
     n_rows: int
     first_s: float
@@ -60,12 +61,11 @@ class CleanState(NamedTuple):
 
     def __reduce__(self) -> Any:
         """A copy has addresses of its own."""
-        kept_from = self.kept_at - address(self.told)
-        return _copied, (kept_from, self.since, self.inner, self.told, *self[5:])
+        return _copied, (self.since, self.inner, self.told, *self[5:])
 
 
-def _copied(kept_from: int, since: WatchState, inner: Any, told: Array, *rest: Any) -> CleanState:
-    return CleanState(since, inner, told, address(inner.memory), address(told) + kept_from, *rest)
+def _copied(since: WatchState, inner: Any, told: Array, *rest: Any) -> CleanState:
+    return CleanState(since, inner, told, address(inner.memory), address(told), *rest)
 
 
 class OneCall:
@@ -104,7 +104,6 @@ class OneCall:
         )
         self._memory_size, self._result_size = engine.memory.size, engine.result.size
         self._told_size = engine.result.size + kept.size
-        self._kept_from = engine.result.size * np.float64().itemsize
         parts = engine.result.slices
         self._machine = machine = Machine()
         own, step = engine.addresses
@@ -113,6 +112,7 @@ class OneCall:
             {
                 "statistics": statistics_structure(machine, statistics),
                 "kept": kept.offsets(),
+                "result_size": engine.result.size,
                 "step": KernelAddress(step),
                 "self": own,
                 **{
@@ -129,7 +129,7 @@ class OneCall:
         )
         pointer, real = ctypes.c_void_p, ctypes.c_double
         self._call = library.watch_step
-        self._call.argtypes = [*[pointer] * 3, real, *[pointer] * 4]
+        self._call.argtypes = [*[pointer] * 3, real, *[pointer] * 3]
         self._call.restype = ctypes.c_longlong
         self._self = ctypes.addressof(stepping)
 
@@ -144,7 +144,7 @@ class OneCall:
             ("calmer", calmer),
         ):
             self._view(told, block)[:] = values
-        places = address(state.inner.memory), address(told) + self._kept_from
+        places = address(state.inner.memory), address(told)
         return CleanState(state, state.inner, told, *places, (), 0, np.inf, state.time_s)
 
     def step(
@@ -152,52 +152,38 @@ class OneCall:
     ) -> tuple[CleanState, Estimate] | None:
         """Take one measurement; None where Python has to look at it."""
         time_s, y = measurement.time_s, measurement.y
-        since, _, _, inner_at, kept_at, rows, n_rows, first_s, newest_s = state
-        if not (
-            0 <= time_s - newest_s <= GAP_S
-            and y.dtype is NATIVE
-            and y.shape == self._shape
-            and y.flags.c_contiguous
-        ):
+        since, _, _, inner_at, told_at, rows, n_rows, first_s, newest_s = state
+        if not (0 <= time_s - newest_s <= GAP_S and y.dtype is NATIVE and y.shape == self._shape):
             return None
         memory, told = np.empty(self._memory_size), np.empty(self._told_size)
-        memory_at, told_at = address(memory), address(told)
-        after_at = told_at + self._kept_from
-        if not self._call(
-            self._self, inner_at, memory_at, time_s, address(y), told_at, kept_at, after_at
-        ):
+        memory_at, after_at = address(memory), address(told)
+        row = y.tobytes()  # small arrays that are kept would scatter the large ones in memory
+        if not self._call(self._self, inner_at, memory_at, time_s, row, told_at, after_at):
             return None
         inner, estimate = self._told(memory, told)
         vars(estimate)["flagged"] = self._flagged  # nobody else has it yet
-        first_s = first_s if n_rows else time_s
-        rows, n_rows = (time_s, y.copy(), rows), n_rows + 1
-        places = inner, told, memory_at, after_at
-        after = CleanState(since, *places, rows, n_rows, first_s, time_s)
+        rows, n_rows, first_s = (time_s, row, rows), n_rows + 1, first_s if n_rows else time_s
         if n_rows == BETWEEN_ANCHORS:
-            past = _past(after).anchored(inner, time_s, self._replay_s)
-            after = CleanState(self._whole(after, past), *places, (), 0, np.inf, time_s)
-        return after, estimate
+            past = since.past.after_part(CleanPart(n_rows, rows, first_s))
+            since = changed(since, past=past.anchored(inner, time_s, self._replay_s))
+            rows, n_rows = (), 0
+        after = since, inner, told, memory_at, after_at, rows, n_rows, first_s, time_s
+        return tuple.__new__(CleanState, after), estimate  # twice as fast as its constructor
 
     def whole(self, state: CleanState) -> WatchState:
         """Return the same state in full."""
-        return self._whole(state, _past(state)) if state.n_rows else state.since
-
-    def _whole(self, state: CleanState, past: Past) -> WatchState:
+        past, n_rows = state.since.past, state.n_rows
         return changed(
             state.since,
             inner=state.inner,
             memory=self._view(state.told, "memory"),
             std=self._view(state.told, "std"),
-            past=past,
+            past=past.after_part(CleanPart(n_rows, state.rows, state.first_s)) if n_rows else past,
             time_s=state.time_s,
         )
 
     def _view(self, told: Array, block: str) -> Array:
         return self._layout.view(told[self._result_size :], block)
-
-
-def _past(state: CleanState) -> Past:
-    return state.since.past.after_part(CleanPart(state.n_rows, state.rows, state.first_s))
 
 
 def can_be_one_call(estimator: Any) -> bool:

@@ -68,8 +68,8 @@ class CleanPart(Sequence[PastRow]):
     Parameters
     ----------
     count : how many they are
-    given : their times (count,) and readings; or the newest of them, chained: (time, readings, the
-        rows before it), () for none
+    given : their times (count,) and readings; or the newest of them, chained: (time, bytes of its
+        readings, the rows before it), () for none
     oldest_s : time of the oldest of them
     """
 
@@ -182,12 +182,13 @@ class Past:
 
 
 def _unchained(rows: Chained) -> Chunk:
-    times, readings = list[float](), list[Array]()
+    times, readings = list[float](), list[bytes]()
     while rows:
         time_s, y, rows = rows
         times.append(time_s)
         readings.append(y)
-    return np.array(times[::-1]), readings[::-1]
+    y = np.frombuffer(bytearray().join(reversed(readings)))
+    return np.array(times[::-1]), y.reshape(len(times), -1)
 
 
 def _oldest_s(rows: Sequence[PastRow]) -> float:

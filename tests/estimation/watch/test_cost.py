@@ -38,23 +38,12 @@ def live_s(estimator: Any, time_s: Array, y: Array) -> float:
 
 @needs_compiler
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "cpu_s", "share"),
-    [
-        ("mhe-rti", batch_s, 0.1),
-        ("mhe", batch_s, 0.1),
-        ("mhe-rti", live_s, 0.2),
-        ("ekf", batch_s, 0.1),
-        ("ekf", live_s, 0.3),
-    ],
-)
+@pytest.mark.parametrize("cpu_s", [batch_s, live_s])
+@pytest.mark.parametrize("name", LONG_S)
 def test_a_clean_stream_costs_little_more(
-    name: str, cpu_s: Callable[[Any, Array, Array], float], share: float
+    name: str, cpu_s: Callable[[Any, Array, Array], float]
 ) -> None:
-    """A tenth with kept factors, where a window's step is shortest.
-
-    A step of the filter is as short as what Python does around it; docs/trust.md has the figures.
-    """
+    """A tenth, with kept factors too, where a window's step is shortest."""
     recording = pm.simulate(
         "reference", SENSORS, motion="handwriting", duration_s=LONG_S[name], seed=1
     )
@@ -64,4 +53,4 @@ def test_a_clean_stream_costs_little_more(
     time_s, y, *_ = recording.stacked(model)
     pairs = [(cpu_s(bare, time_s, y), cpu_s(watched, time_s, y)) for _ in range(ROUNDS)]
     least = [min(times) for times in zip(*pairs, strict=True)]
-    assert least[1] < (1 + share) * least[0]
+    assert least[1] < 1.1 * least[0]

@@ -104,7 +104,7 @@ def test_a_copy_of_a_state_goes_on_alike() -> None:
     assert isinstance(state, CleanState)
     for copied in (copy.deepcopy(state), pickle.loads(pickle.dumps(state))):
         assert copied.inner_at != state.inner_at
-        assert copied.kept_at != state.kept_at
+        assert copied.told_at != state.told_at
         means = list[Array]()
         for row in rows[81:90]:
             copied, estimate = watched.step(copied, row)
