@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,25 @@ from numpy.typing import NDArray
 from models.errors import InputError
 
 Array = NDArray[np.float64]
+ArrayT = TypeVar("ArrayT", bound=NDArray[Any])
+
+
+def fixed(array: ArrayT) -> ArrayT:
+    """Return an array that nobody can write to from now on."""
+    array.flags.writeable = False
+    return array
+
+
+def arrays_within(value: Any) -> Iterator[NDArray[Any]]:
+    """Go through all arrays inside nested dataclasses and tuples."""
+    if isinstance(value, np.ndarray):
+        yield value
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from arrays_within(item)
+    elif is_dataclass(value):
+        for field in fields(value):
+            yield from arrays_within(getattr(value, field.name))
 
 
 def numbers(given: Any, what: str, expected: str) -> Array:

@@ -11,6 +11,7 @@ from estimation.estimate import EstimateHistory
 from estimation.estimator import Estimator
 from estimation.recording import Measurement
 from estimation.status import Status
+from models.arrays import arrays_within
 from models.state_space import StateSpaceModel
 from models.units import UNITS, split_unit
 
@@ -83,7 +84,7 @@ def check_inputs_unchanged(estimator: Estimator[Any], measurements: list[Measure
     state = estimator.init()
     for measurement in measurements:
         y = measurement.y.copy()
-        before = _arrays(state)
+        before = list(arrays_within(state))
         copies = [array.copy() for array in before]
         estimator_state, _ = estimator.step(state, measurement)
         np.testing.assert_array_equal(measurement.y, y)
@@ -120,16 +121,3 @@ def check_failures(estimator: Estimator[Any], measurements: list[Measurement]) -
     _, estimate = estimator.step(state, absurd)
     assert np.isfinite(estimate.state.mean).all()
     assert np.isfinite(estimate.state.covariance).all()
-
-
-def _arrays(value: Any) -> list[np.ndarray]:
-    """Return all arrays inside nested dataclasses and tuples."""
-    if isinstance(value, np.ndarray):
-        return [value]
-    if isinstance(value, tuple):
-        return [array for item in value for array in _arrays(item)]
-    if hasattr(value, "__dataclass_fields__"):
-        return [
-            array for name in value.__dataclass_fields__ for array in _arrays(getattr(value, name))
-        ]
-    return []
