@@ -7,12 +7,13 @@ pen has a code of its own, to be compiled for seconds; as an argument they are d
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from estimation.native import generated
 from models.arrays import Array
 
 KEPT = (0.0, 1.0, -1.0)
@@ -26,6 +27,11 @@ class Lifted:
 
     function: ca.Function
     constants: Array
+
+    @cached_property
+    def code(self) -> str:
+        """The C of the function."""
+        return generated([self.function])
 
 
 @lru_cache(maxsize=128)
@@ -59,6 +65,7 @@ def _none() -> Array:
     return np.zeros(0)
 
 
+@lru_cache(maxsize=128)
 def is_plain(function: ca.Function) -> bool:
     """Whether all instructions are scalar ones: in C these need no workspace."""
     return function.is_a("SXFunction") and all(

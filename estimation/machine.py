@@ -18,7 +18,7 @@ import numpy as np
 from estimation.layout import ArgumentRoom, KernelAddress, ResultRoom, declaration
 from estimation.lifted import lifted
 from estimation.loop import GENERATED, Pointers, kernel_sources, stage_sizes
-from estimation.native import STRICT, VECTORS, CSource, generated, shared_libraries
+from estimation.native import STRICT, VECTORS, CSource, shared_libraries
 from estimation.stage_limits import stage_limits
 from models.arrays import Array
 from models.state_space import StateSpaceModel
@@ -87,7 +87,7 @@ class Machine:
         The libraries of `others`.
         """
         lifts = [lifted(function) for function in functions]
-        sources = [CSource(generated([lift.function]), is_of_model=True) for lift in lifts]
+        sources = [CSource(lift.code, is_of_model=True) for lift in lifts]
         paths = shared_libraries([*sources, *others])
         libraries = [ctypes.CDLL(str(path)) for path in paths]
         self._kept += libraries

@@ -8,6 +8,8 @@ presses is on its paper.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,7 @@ from models.arrays import Array
 from models.state_space import StateSpaceModel
 
 
+@lru_cache(maxsize=16)
 def constrain_function(model: StateSpaceModel) -> ca.Function:
     """Return x (n_x,) → (g (n_c,), C), all dense.
 

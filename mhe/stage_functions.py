@@ -167,6 +167,7 @@ def shake_function(model: StateSpaceModel) -> ca.Function:
     return _function("shake", arguments, noise_scale=ca.vertcat(ca.SX(0, 1), *scale), cost=cost)
 
 
+@lru_cache(maxsize=16)
 def carry_function(model: StateSpaceModel) -> ca.Function | None:
     """Return (x̄, d, x = x̄ ⊞ d) → J (n_x, n_x) = ∂((x̄ ⊞ (d + ε)) ⊟ x)/∂ε at ε = 0.
 
@@ -181,17 +182,18 @@ def carry_function(model: StateSpaceModel) -> ca.Function | None:
     return _function("carry", {"mean": mean, "d": d, "x": x}, J=J)
 
 
+@lru_cache(maxsize=16)
 def pass_functions(
     model: StateSpaceModel, predict: ca.Function, update: ca.Function
-) -> list[ca.Function]:
+) -> tuple[ca.Function, ...]:
     """Return what the pass back is made of, where C's loops (mhe/compiled/smoother.c) are not."""
-    return [
+    return (
         retreat_function(model, predict),
         smooth_function(model, update),
         propagate_function(model, predict, update),
         absorb_function(model, update),
         spread_function(model),
-    ]
+    )
 
 
 @lru_cache(maxsize=16)

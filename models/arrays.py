@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,13 @@ from numpy.typing import NDArray
 from models.errors import InputError
 
 Array = NDArray[np.float64]
+ArrayT = TypeVar("ArrayT", bound=NDArray[Any])
+
+
+def fixed(array: ArrayT) -> ArrayT:
+    """Return an array that nobody can write to from now on."""
+    array.flags.writeable = False
+    return array
 
 
 def numbers(given: Any, what: str, expected: str) -> Array:
@@ -41,13 +48,6 @@ def numbers(given: Any, what: str, expected: str) -> Array:
         raise InputError(f"{what}: {kind} that holds no numbers, expected {expected}") from None
 
 
-def kept(array: Array) -> Array:
-    """Return a copy that nobody can change."""
-    copy = array.copy()
-    copy.flags.writeable = False
-    return copy
-
-
 def keep_arrays(value: Any) -> None:
     """Give a frozen value arrays of its own that nobody can change.
 
@@ -55,4 +55,4 @@ def keep_arrays(value: Any) -> None:
     """
     for name, part in vars(value).items():
         if isinstance(part, np.ndarray):
-            object.__setattr__(value, name, kept(part))
+            object.__setattr__(value, name, fixed(part.copy()))

@@ -18,6 +18,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -26,12 +27,14 @@ import numpy as np
 from models import attitude
 from models.arrays import Array
 from models.body_model import Kinematics, body_model, check_rest, choose_sensors, rest_of
+from models.content import ByContent
 from models.euler_pen import euler_body, euler_kinematics, tip_std
 from models.free_kinematics import free_kinematics
 from models.free_pen import N_FREE, Frame, FreeBody
 from models.heading import free_heading_symmetry, heading_symmetry
 from models.kinematics import Body
 from models.level import UP, up_direction
+from models.names import several
 from models.paper import above_paper
 from models.pen_config import PenConfig
 from models.pen_file import AnyPen, as_pen
@@ -64,7 +67,16 @@ def pen_model(
     InputError
         If a sensor or a bound is unknown, or rest has no gyroscope; the message lists what is.
     """
-    config = as_pen(pen)
+    names = None if sensors is None else several(sensors)
+    return _model_of(ByContent(as_pen(pen)), names, bool(writing_area), bool(rest))
+
+
+@lru_cache(maxsize=16)
+def _model_of(
+    pen: ByContent[PenConfig], sensors: tuple[str, ...] | None, writing_area: bool, rest: bool
+) -> StateSpaceModel:
+    """Return the one model of pens that say the same: what is made of it is found again, too."""
+    config = pen.config
     chosen = choose_sensors(config.sensors, sensors, f"pen {config.name}")
     has_camera = any(sensor.sees_pose for sensor in chosen.values())
     if writing_area and not any(sensor.sees_position for sensor in chosen.values()):

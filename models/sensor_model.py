@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arrays import Array, keep_arrays
+from models.arrays import Array, fixed, keep_arrays
 from models.units import TIME_DIGITS
 
 SATURATED_FRACTION = 0.999
@@ -174,7 +174,7 @@ class SensorModel:
     def row_needs(self) -> NDArray[np.bool_]:
         """(n_r, n_y): which components of y each row of the residual depends on."""
         pattern = self.residual.sparsity_jac(0, 0)
-        return np.array(ca.DM(pattern, 1).full() != 0)
+        return fixed(np.array(ca.DM(pattern, 1).full() != 0))
 
 
 LOSSES = ("huber", "gate_probability")

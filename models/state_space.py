@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,7 +22,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arrays import Array, keep_arrays, kept
+from models.arrays import Array, fixed, keep_arrays
 from models.bounds import split_bounds
 from models.errors import InputError
 from models.feasibility import feasible
@@ -87,6 +88,8 @@ class StateSpaceModel:
     def __post_init__(self) -> None:
         check_model(self)
         keep_arrays(self)
+        keep_arrays(prior := copy(self.prior))
+        object.__setattr__(self, "prior", prior)
 
     @property
     def n_x(self) -> int:
@@ -121,7 +124,7 @@ class StateSpaceModel:
     @cached_property
     def noise_std(self) -> Array:
         """(n_r,) standard deviations of the stacked residual."""
-        return kept(np.concatenate([np.zeros(0), *(sensor.noise_std for sensor in self.sensors)]))
+        return fixed(np.concatenate([np.zeros(0), *(s.noise_std for s in self.sensors)]))
 
     @cached_property
     def row_needs(self) -> NDArray[np.bool_]:
@@ -131,28 +134,26 @@ class StateSpaceModel:
         for sensor in self.sensors:
             needs[row : row + sensor.n_r, column : column + sensor.n_y] = sensor.row_needs
             row, column = row + sensor.n_r, column + sensor.n_y
-        return needs
+        return fixed(needs)
 
     @cached_property
     def inequality_needs(self) -> NDArray[np.bool_]:
         """(n_g, n_y): readings that an instant must have to demand a row of the inequality."""
         if self.conditions is None:
-            return np.zeros((self.inequality.numel_out(0), self.n_y), dtype=bool)
+            return fixed(np.zeros((self.inequality.numel_out(0), self.n_y), dtype=bool))
         return self.conditions
 
     @cached_property
     def saturation(self) -> Array:
         """(n_y,) |y| from which a reading says only that its sensor is at its limit; inf: none."""
-        return np.concatenate(
-            [np.zeros(0), *(np.full(s.n_y, s.saturation_limit) for s in self.sensors)]
-        )
+        limits = (np.full(s.n_y, s.saturation_limit) for s in self.sensors)
+        return fixed(np.concatenate([np.zeros(0), *limits]))
 
     @cached_property
     def measured_rows(self) -> NDArray[np.bool_]:
         """(n_r,) which rows come from readings: not of a constant, nor what others say (rest)."""
-        return np.concatenate(
-            [np.zeros(0, bool)] + [np.full(s.n_r, s.is_measured) for s in self.sensors]
-        )
+        measured = (np.full(s.n_r, s.is_measured) for s in self.sensors)
+        return fixed(np.concatenate([np.zeros(0, bool), *measured]))
 
     @cached_property
     def reading_names(self) -> tuple[str, ...]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -83,7 +84,7 @@ def check_inputs_unchanged(estimator: Estimator[Any], measurements: list[Measure
     state = estimator.init()
     for measurement in measurements:
         y = measurement.y.copy()
-        before = _arrays(state)
+        before = list(arrays_within(state))
         copies = [array.copy() for array in before]
         estimator_state, _ = estimator.step(state, measurement)
         np.testing.assert_array_equal(measurement.y, y)
@@ -122,14 +123,13 @@ def check_failures(estimator: Estimator[Any], measurements: list[Measurement]) -
     assert np.isfinite(estimate.state.covariance).all()
 
 
-def _arrays(value: Any) -> list[np.ndarray]:
-    """Return all arrays inside nested dataclasses and tuples."""
+def arrays_within(value: Any) -> Iterator[np.ndarray]:
+    """Go through all arrays inside nested dataclasses and tuples."""
     if isinstance(value, np.ndarray):
-        return [value]
-    if isinstance(value, tuple):
-        return [array for item in value for array in _arrays(item)]
-    if hasattr(value, "__dataclass_fields__"):
-        return [
-            array for name in value.__dataclass_fields__ for array in _arrays(getattr(value, name))
-        ]
-    return []
+        yield value
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from arrays_within(item)
+    elif is_dataclass(value):
+        for field in fields(value):
+            yield from arrays_within(getattr(value, field.name))

@@ -18,6 +18,7 @@ present and the first stage's inputs, which changes nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -61,52 +62,9 @@ class WindowProblem:
 
     @classmethod
     def build(cls, model: StateSpaceModel, config: WindowConfig) -> WindowProblem:
-        """Write down the problem for a model, a horizon and its losses."""
-        n_intervals = config.horizon
+        """Write down the problem for a model, a horizon and its losses, or find it written."""
         thresholds = config.thresholds([sensor.name for sensor in model.sensors])
-        n_x, n_w, n_stages = model.n_x, model.n_w, n_intervals + 1
-        bounded = np.flatnonzero(np.isfinite(model.lower) | np.isfinite(model.upper)).tolist()
-        adding = adding_states(model)
-        curved = tuple(i for i in bounded if i not in adding)
-        boxed = tuple(i for i in bounded if i in adding)
-        x_around = ca.SX.sym("x_around", n_x, n_stages)
-        x_prior, L_prior = ca.SX.sym("x_prior", n_x), ca.SX.sym("L_prior", n_x, n_x)
-        y = ca.SX.sym("y", model.n_row, n_stages)
-        present = ca.SX.sym("present", model.n_r, n_stages)
-        dt, scale = ca.SX.sym("dt", n_intervals), ca.SX.sym("scale", n_x)
-        w_prior = ca.SX.sym("w_prior", n_x)
-        delta = ca.SX.sym("delta", n_x, n_stages)
-        w = ca.SX.sym("w", n_w, n_intervals)
-
-        x = [model.retract(x_around[:, k], scale * delta[:, k]) for k in range(n_stages)]
-        arrived = model.retract(x_prior, ca.tril(L_prior) @ w_prior)
-        variables = [w_prior]
-        constraints = [model.difference(x[0], arrived) / scale]
-        terms = [squares(w_prior)]
-        for k in range(n_stages):
-            measured = stacked_residual(model, y[:, k], x[k])
-            whitened, row = present[:, k] * measured / model.noise_std, 0
-            for sensor, threshold in zip(model.sensors, thresholds, strict=True):
-                terms.append(term(whitened[row : row + sensor.n_r], threshold))
-                row += sensor.n_r
-            variables.append(delta[:, k])
-            constraints.append(ca.vertcat(ca.SX(0, 1), *(x[k][i] for i in curved)))
-            constraints.append(model.inequality(x[k]))
-            if k < n_intervals:
-                variables.append(w[:, k])
-                terms += [term(w[i, k], config.noise_threshold) for i in range(n_w)]
-                inputs = model.step_inputs(y[:, k], y[:, k + 1])
-                reached = model.f(x[k], w[:, k], dt[k], *inputs)
-                constraints.append(model.difference(x[k + 1], reached) / scale)
-        parameters = ca.veccat(x_around, x_prior, L_prior, y, present, dt, scale)
-        nlp = {
-            "x": ca.vertcat(*variables),
-            "p": parameters,
-            "f": sum((term.cost for term in terms), ca.SX(0)),
-            "g": ca.densify(ca.vertcat(*constraints)),
-        }
-        cost = ca.Function("cost", [nlp["x"], parameters], [nlp["f"]], {"cse": True})
-        return cls(model, n_intervals, nlp, cost, gauss_newton(nlp, terms), curved, boxed)
+        return _written(model, config.horizon, tuple(thresholds), config.noise_threshold)
 
     def parameters(
         self,
@@ -230,3 +188,52 @@ class WindowProblem:
     @staticmethod
     def _padded(around: Array, n_pad: int) -> Array:
         return np.vstack([np.repeat(around[:1], n_pad, axis=0), around])
+
+
+@lru_cache(maxsize=2)  # one of 20 intervals is 30 MB
+def _written(
+    model: StateSpaceModel, n_intervals: int, thresholds: tuple[float, ...], noise_threshold: float
+) -> WindowProblem:
+    n_x, n_w, n_stages = model.n_x, model.n_w, n_intervals + 1
+    bounded = np.flatnonzero(np.isfinite(model.lower) | np.isfinite(model.upper)).tolist()
+    adding = adding_states(model)
+    curved = tuple(i for i in bounded if i not in adding)
+    boxed = tuple(i for i in bounded if i in adding)
+    x_around = ca.SX.sym("x_around", n_x, n_stages)
+    x_prior, L_prior = ca.SX.sym("x_prior", n_x), ca.SX.sym("L_prior", n_x, n_x)
+    y = ca.SX.sym("y", model.n_row, n_stages)
+    present = ca.SX.sym("present", model.n_r, n_stages)
+    dt, scale = ca.SX.sym("dt", n_intervals), ca.SX.sym("scale", n_x)
+    w_prior = ca.SX.sym("w_prior", n_x)
+    delta = ca.SX.sym("delta", n_x, n_stages)
+    w = ca.SX.sym("w", n_w, n_intervals)
+
+    x = [model.retract(x_around[:, k], scale * delta[:, k]) for k in range(n_stages)]
+    arrived = model.retract(x_prior, ca.tril(L_prior) @ w_prior)
+    variables = [w_prior]
+    constraints = [model.difference(x[0], arrived) / scale]
+    terms = [squares(w_prior)]
+    for k in range(n_stages):
+        measured = stacked_residual(model, y[:, k], x[k])
+        whitened, row = present[:, k] * measured / model.noise_std, 0
+        for sensor, threshold in zip(model.sensors, thresholds, strict=True):
+            terms.append(term(whitened[row : row + sensor.n_r], threshold))
+            row += sensor.n_r
+        variables.append(delta[:, k])
+        constraints.append(ca.vertcat(ca.SX(0, 1), *(x[k][i] for i in curved)))
+        constraints.append(model.inequality(x[k]))
+        if k < n_intervals:
+            variables.append(w[:, k])
+            terms += [term(w[i, k], noise_threshold) for i in range(n_w)]
+            inputs = model.step_inputs(y[:, k], y[:, k + 1])
+            reached = model.f(x[k], w[:, k], dt[k], *inputs)
+            constraints.append(model.difference(x[k + 1], reached) / scale)
+    parameters = ca.veccat(x_around, x_prior, L_prior, y, present, dt, scale)
+    nlp = {
+        "x": ca.vertcat(*variables),
+        "p": parameters,
+        "f": sum((term.cost for term in terms), ca.SX(0)),
+        "g": ca.densify(ca.vertcat(*constraints)),
+    }
+    cost = ca.Function("cost", [nlp["x"], parameters], [nlp["f"]], {"cse": True})
+    return WindowProblem(model, n_intervals, nlp, cost, gauss_newton(nlp, terms), curved, boxed)

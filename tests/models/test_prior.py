@@ -161,7 +161,7 @@ def test_a_stationary_start_stays_stationary(tip: TipMotion) -> None:
 def attitude_part(**prior: float) -> Array:
     """Covariance (3, 3) of the first attitude in body axes; the model's go with its heading."""
     model = model_of(6, prior=Prior(**prior))
-    R = Rotation.from_mrp(model.prior.mean[SIGMA])
+    R = Rotation.from_mrp(model.prior.mean[SIGMA].copy())
     M = (heading_of(R).inv() * R).as_matrix()
     return np.asarray(M.T @ model.prior.covariance[SIGMA, SIGMA] @ M)
 
@@ -191,7 +191,7 @@ def test_what_is_known_of_the_angles_is_known_of_the_attitude(seed: int) -> None
     expected = J @ np.diag(std**2) @ J.T
     found = attitude_part(**prior, **spread)
     assert found == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
-    mean = model_of(6, prior=Prior(**prior)).prior.mean[SIGMA]
+    mean = model_of(6, prior=Prior(**prior)).prior.mean[SIGMA].copy()
     away = body_to_world(*np.array([[azimuth], [elevation], [spin]]))[0].inv()
     assert (away * Rotation.from_mrp(mean)).magnitude() < 1e-14
 
