@@ -70,6 +70,17 @@ class BatchProblem:
         linear = replace(self, mean=np.zeros(len(self.mean)))
         return np.array([linear.states(e) for e in np.eye(self.n_z)]).transpose(1, 2, 0)
 
+    @cached_property
+    def instants(self) -> NDArray[np.intp]:
+        """(n_r,) the instant of each row of the readings: it is lost with that state."""
+        states, lost = self.states(np.zeros(self.n_z)), []
+        for k in range(len(states)):
+            without = states.copy()
+            without[k] = np.nan
+            lost.append(np.isnan(self.readings(without)))
+        assert (np.sum(lost, axis=0) == 1).all()
+        return np.argmax(lost, axis=0)
+
     def noises(self, states: Array) -> Array:
         """Return the z that gives a trajectory; every G must be a lower triangle."""
         parts = [solve_triangular(self.L, states[0] - self.mean, lower=True)]
@@ -86,11 +97,11 @@ class BatchProblem:
         return 0.5 * float(np.sum(self.residual(self.noises(states)) ** 2))
 
     def jacobian(self, z: Array) -> Array:
-        """Return the residual's Jacobian by complex steps along the states' slopes."""
-        step, states = 1e-100, self.states(z)
-        along = self.slopes.transpose(2, 0, 1)
-        columns = [self.readings(states + 1j * step * each).imag / step for each in along]
-        return np.vstack([np.eye(len(z)), np.array(columns).T])
+        """Return the residual's Jacobian, by complex steps of all instants' states at once."""
+        step, states, n_x = 1e-100, self.states(z), len(self.mean)
+        columns = [self.readings(states + 1j * step * e).imag / step for e in np.eye(n_x)]
+        of_readings = np.einsum("ir,riz->rz", columns, self.slopes[self.instants])
+        return np.vstack([np.eye(len(z)), of_readings])
 
     def solve(self) -> Solution:
         """Minimise from the prior mean without noise; standard deviations are Gauss-Newton's.
