@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -24,12 +25,7 @@ class Derivatives:
 
     def __init__(self, model: StateSpaceModel) -> None:
         self.model = model
-        x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
-        y, inputs = ca.SX.sym("y", model.n_row), step_symbols(model).values()
-        _, F, G = step_derivatives(model, x, w, dt, *inputs)
-        H = residual_derivative(model, stacked_residual(model, y, x), x)
-        self._step = FunctionCall(ca.Function("step_derivatives", [x, w, dt, *inputs], [F, G]))
-        self._readings = FunctionCall(ca.Function("reading_derivatives", [x, y], [H]))
+        self._step, self._readings = (FunctionCall(f) for f in _functions(model))
         self._no_noise = np.zeros(model.n_w)
 
     def of_step(self, x: Array, dt: float, *, inputs: Sequence[Array] = ()) -> tuple[Array, Array]:
@@ -48,3 +44,16 @@ class Derivatives:
         H = self._readings(x, without_gaps(y))[0].reshape(self.model.n_r, self.model.n_x)
         H[~rows_present(self.model, y)] = 0
         return H
+
+
+@lru_cache(maxsize=16)
+def _functions(model: StateSpaceModel) -> tuple[ca.Function, ca.Function]:
+    """Return (x, w, Δt, inputs of both ends) → (F, G), and (x, y) → H."""
+    x, w, dt = ca.SX.sym("x", model.n_x), ca.SX.sym("w", model.n_w), ca.SX.sym("dt")
+    y, inputs = ca.SX.sym("y", model.n_row), step_symbols(model).values()
+    _, F, G = step_derivatives(model, x, w, dt, *inputs)
+    H = residual_derivative(model, stacked_residual(model, y, x), x)
+    return (
+        ca.Function("step_derivatives", [x, w, dt, *inputs], [F, G]),
+        ca.Function("reading_derivatives", [x, y], [H]),
+    )

@@ -174,7 +174,7 @@ def observability(
     whole = _whole_changes(model, states[0])
     scaled = observability_matrix(model, measurements, states, derivatives=derivatives)
     scaled = scaled / model.prior.std @ whole.to_tangent
-    _, s, Vt = np.linalg.svd(scaled, full_matrices=True)
+    _, s, Vt = np.linalg.svd(scaled, full_matrices=len(scaled) < model.n_x)
     singular = np.zeros(model.n_x)
     singular[: len(s)] = s
     unobservable = _joined(
@@ -274,13 +274,18 @@ def free_motion(
     for _ in range(steps):
         states.append(model.f(states[-1], no_noise, dt, *held).full().ravel())
     named = dict(zip(model.input_names, u, strict=True))
-    read = [sensor for sensor in model.sensors if sensor.rest is None]
-    readings = [
-        model.stack({s.name: s.h(x, *s.inputs_of(u)).full().ravel() for s in read}, named)
-        for x in states
+    # One call for all instants: CasADi takes a column for each.
+    readings = {
+        sensor.name: sensor.h(np.array(states).T, *sensor.inputs_of(u)).full().T
+        for sensor in model.sensors
+        if sensor.rest is None
+    }
+    rows = [
+        model.stack({name: of_all[k] for name, of_all in readings.items()}, named)
+        for k in range(len(states))
     ]
     times = dt * np.arange(steps + 1)
-    return [Measurement(t, y) for t, y in zip(times, readings, strict=True)], np.array(states)
+    return [Measurement(t, y) for t, y in zip(times, rows, strict=True)], np.array(states)
 
 
 def verdict(model: StateSpaceModel, measurements: Sequence[Measurement], states: Array) -> Verdict:

@@ -80,6 +80,7 @@ def derived_outputs(model: StateSpaceModel) -> Derived:
     )
 
 
+@lru_cache(maxsize=16)
 def output_jacobian(model: StateSpaceModel) -> ca.Function:
     """Return (x (n_x,)) -> J (n_o, n_x), rows of `outputs_of` along the tangent space."""
     x = ca.SX.sym("x", model.n_x)

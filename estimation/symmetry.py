@@ -13,6 +13,8 @@ and one that is the same from all sides says nothing of the side.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import casadi as ca
 import numpy as np
 
@@ -27,6 +29,7 @@ TOLERANCE = 1e-9
 """In standard deviations."""
 
 
+@lru_cache(maxsize=16)
 def direction_function(model: StateSpaceModel, symmetry: ca.Function) -> ca.Function:
     """Return x (n_x,) -> ds/dα (n_x,) at α = 0, a tangent vector at x."""
     at, a = ca.SX.sym("x", model.n_x), ca.SX.sym("a")

@@ -9,6 +9,8 @@ the symmetry's own flow they do not. Where the error is small both are the same.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import casadi as ca
 import numpy as np
 
@@ -26,19 +28,25 @@ def true_errors(model: StateSpaceModel, estimates: Array, states: Array) -> Arra
     Rows of states with NaN are NaN.
     """
     moved, along = estimates, np.zeros_like(estimates)
-    weight = 1 / model.prior.std
     for symmetry in model.symmetries:
-        x, at, a = ca.SX.sym("x", model.n_x), ca.SX.sym("at", model.n_x), ca.SX.sym("a")
-        away = model.difference(x, symmetry(at, a))
-        scaled = ca.DM(weight) * away
-        slope = ca.jacobian(scaled, a)
-        step = -ca.dot(slope, scaled) / ca.sumsqr(slope)
-        newton = ca.Function("newton", [x, at, a], [a + step])
+        newton, turn = _functions(model, symmetry)
         amount = np.zeros((1, len(states)))
         for _ in range(ITERATIONS):
             amount = newton(states.T, moved.T, amount).full()
-        turn = ca.Function("turn", [at, a], [ca.densify(symmetry(at, a))])
         along += (amount * direction_function(model, symmetry)(moved.T).full()).T
         moved = turn(moved.T, amount).full().T
     errors: Array = np.asarray(model.difference(states.T, moved.T).full().T) + along
     return errors
+
+
+@lru_cache(maxsize=16)
+def _functions(model: StateSpaceModel, symmetry: ca.Function) -> tuple[ca.Function, ca.Function]:
+    """Return (x, at, a) → a after a step towards x of `at` turned by it; (at, a) → at turned."""
+    x, at, a = ca.SX.sym("x", model.n_x), ca.SX.sym("at", model.n_x), ca.SX.sym("a")
+    scaled = ca.DM(1 / model.prior.std) * model.difference(x, symmetry(at, a))
+    slope = ca.jacobian(scaled, a)
+    step = -ca.dot(slope, scaled) / ca.sumsqr(slope)
+    return (
+        ca.Function("newton", [x, at, a], [a + step]),
+        ca.Function("turn", [at, a], [ca.densify(symmetry(at, a))]),
+    )

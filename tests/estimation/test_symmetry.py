@@ -44,7 +44,7 @@ def states_of(model: StateSpaceModel) -> Array:
     draws = np.random.default_rng(9).standard_normal((8, model.n_x))
     states = model.prior.mean + model.prior.std * draws
     if model.outputs is not None:
-        mean = Rotation.from_mrp(model.prior.mean[SIGMA])
+        mean = Rotation.from_mrp(model.prior.mean[SIGMA].copy())
         turns = Rotation.from_rotvec(model.prior.std[SIGMA] * draws[:, SIGMA])
         states[:, SIGMA] = (mean * turns).as_mrp()
     return states

@@ -98,7 +98,7 @@ def kept_free(estimator: str, recording: Recording, writing_area: bool) -> Kept:
     model = free_model(writing_area)
     history = run(create_estimator(estimator, model), recording, covariances=True)
     turns = heading_of(Rotation.from_mrp(history.mean[:, ATTITUDE])).as_matrix()
-    prior_turn = heading_of(Rotation.from_mrp(model.prior.mean[ATTITUDE])).as_matrix()
+    prior_turn = heading_of(Rotation.from_mrp(model.prior.mean[ATTITUDE].copy())).as_matrix()
     return kept(turns, prior_turn, model, history)
 
 

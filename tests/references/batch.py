@@ -11,7 +11,8 @@ complex steps, so the Jacobian is exact.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +64,23 @@ class BatchProblem:
             states.append(x)
         return np.array(states)
 
+    @cached_property
+    def slopes(self) -> Array:
+        """∂x/∂z (N+1, n_x, n_z), the same at every z."""
+        linear = replace(self, mean=np.zeros(len(self.mean)))
+        return np.array([linear.states(e) for e in np.eye(self.n_z)]).transpose(1, 2, 0)
+
+    @cached_property
+    def instants(self) -> NDArray[np.intp]:
+        """(n_r,) the instant of each row of the readings: it is lost with that state."""
+        states, lost = self.states(np.zeros(self.n_z)), []
+        for k in range(len(states)):
+            without = states.copy()
+            without[k] = np.nan
+            lost.append(np.isnan(self.readings(without)))
+        assert (np.sum(lost, axis=0) == 1).all()
+        return np.argmax(lost, axis=0)
+
     def noises(self, states: Array) -> Array:
         """Return the z that gives a trajectory; every G must be a lower triangle."""
         parts = [solve_triangular(self.L, states[0] - self.mean, lower=True)]
@@ -79,10 +97,11 @@ class BatchProblem:
         return 0.5 * float(np.sum(self.residual(self.noises(states)) ** 2))
 
     def jacobian(self, z: Array) -> Array:
-        """Return the residual's Jacobian by complex steps."""
-        step = 1e-100
-        columns = [self.residual(z + 1j * step * e).imag / step for e in np.eye(len(z))]
-        return np.array(columns).T
+        """Return the residual's Jacobian, by complex steps of all instants' states at once."""
+        step, states, n_x = 1e-100, self.states(z), len(self.mean)
+        columns = [self.readings(states + 1j * step * e).imag / step for e in np.eye(n_x)]
+        of_readings = np.einsum("ir,riz->rz", columns, self.slopes[self.instants])
+        return np.vstack([np.eye(len(z)), of_readings])
 
     def solve(self) -> Solution:
         """Minimise from the prior mean without noise; standard deviations are Gauss-Newton's.
@@ -102,10 +121,7 @@ class BatchProblem:
         J = self.jacobian(found.x)
         z = found.x - np.linalg.lstsq(J, self.residual(found.x), rcond=None)[0]
         half = np.linalg.inv(np.linalg.qr(self.jacobian(z), mode="r"))
-        directions = np.eye(self.n_z)
-        origin = self.states(np.zeros(self.n_z))
-        T = np.array([self.states(e) - origin for e in directions]).transpose(1, 2, 0)
-        std = np.sqrt(np.sum((T @ half) ** 2, axis=2))
+        std = np.sqrt(np.sum((self.slopes @ half) ** 2, axis=2))
         cost = 0.5 * float(np.sum(self.residual(z) ** 2))
         return Solution(self.states(z), std, z, cost)
 

@@ -36,9 +36,8 @@ class ConstrainedSolution:
 def solve_constrained(problem: BatchProblem, C: Array, d: Array) -> ConstrainedSolution:
     """Minimise the window's cost under C x_k <= d at every stage."""
     free = problem.solve()
-    origin = problem.states(np.zeros(problem.n_z))
-    T = np.array([problem.states(e) - origin for e in np.eye(problem.n_z)]).transpose(1, 2, 0)
-    A, b = np.concatenate([C @ Tk for Tk in T]), np.concatenate([d - C @ x for x in origin])
+    A = np.concatenate([C @ Tk for Tk in problem.slopes])
+    b = np.concatenate([d - C @ x for x in problem.states(np.zeros(problem.n_z))])
 
     R = np.linalg.qr(problem.jacobian(free.z), mode="r")
     to_z = np.linalg.inv(R)

@@ -54,10 +54,8 @@ def solve_held(
 ) -> HeldWindow:
     """Minimise a linear window's cost under C x_k <= d, (n_c,), where demanded (n, n_c)."""
     free = problem.solve()
-    origin = problem.states(np.zeros(problem.n_z))
-    T = np.array([problem.states(e) - origin for e in np.eye(problem.n_z)]).transpose(1, 2, 0)
     R = np.linalg.qr(problem.jacobian(free.z), mode="r")
-    rows = np.concatenate([C @ Tk for Tk in T])[demanded.ravel()]
+    rows = np.concatenate([C @ Tk for Tk in problem.slopes])[demanded.ravel()]
     slack = np.concatenate([d - C @ x for x in free.states])[demanded.ravel()]
     M = np.linalg.solve(R.T, rows.T).T
     length = np.linalg.norm(M, axis=1)
