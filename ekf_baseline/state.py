@@ -98,8 +98,11 @@ class Kept:
 
 def check_late_samples(late_samples: int | None) -> None:
     """Raise `InputError` where a filter is asked to go back by less than nothing."""
-    if late_samples is not None and late_samples < 0:
-        raise InputError(f"late_samples is {late_samples}, expected 0 or more")
+    if late_samples is None:
+        return
+    is_whole = isinstance(late_samples, int | np.integer) and not isinstance(late_samples, bool)
+    if not is_whole or late_samples < 0:
+        raise InputError(f"late_samples is {late_samples!r}, expected a whole number from 0")
 
 
 def kept_for(model: StateSpaceModel, late_samples: int | None) -> Kept:
@@ -114,7 +117,7 @@ def kept_for(model: StateSpaceModel, late_samples: int | None) -> Kept:
 
 def default_reach(model: StateSpaceModel) -> int:
     """Return twice the rows that all sensors have within the longest delay, at least 20."""
-    longest_s = max(sensor.delay_s for sensor in model.sensors)
+    longest_s = max((sensor.delay_s for sensor in model.sensors), default=0.0)
     rows = longest_s * sum(sensor.rate_hz or 0.0 for sensor in model.sensors)
     return max(math.ceil(MARGIN * rows), FEWEST)
 

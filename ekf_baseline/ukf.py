@@ -23,7 +23,7 @@ from estimation.rest_detector import RestDetector
 from estimation.result import check_rows
 from estimation.settings import checked_config
 from estimation.status import Status
-from models.arrays import Array
+from models.arrays import Array, is_real
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.given_prior import Prior
@@ -54,12 +54,12 @@ class UkfConfig:
     late_samples: int | None = None
 
     def __post_init__(self) -> None:
-        if not 0 < self.alpha < np.inf:
-            raise InputError(f"alpha is {self.alpha}, expected a positive number")
-        if not self.beta >= self.alpha**2:
-            raise InputError(f"beta is {self.beta}, expected alpha² = {self.alpha**2:g} or more")
-        if not self.kappa >= 0:
-            raise InputError(f"kappa is {self.kappa}, expected 0 or more")
+        if not (is_real(self.alpha) and 0 < self.alpha < np.inf):
+            raise InputError(f"alpha is {self.alpha!r}, expected a positive number")
+        if not (is_real(self.beta) and self.beta >= self.alpha**2):
+            raise InputError(f"beta is {self.beta!r}, expected alpha² = {self.alpha**2:g} or more")
+        if not (is_real(self.kappa) and self.kappa >= 0):
+            raise InputError(f"kappa is {self.kappa!r}, expected 0 or more")
         check_late_samples(self.late_samples)
 
 

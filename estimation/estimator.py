@@ -15,6 +15,7 @@ from estimation.estimate import Estimate, EstimateHistory
 from estimation.recording import Measurement, Recording
 from estimation.status import REGULARITY_LIMIT, Status
 from models.arrays import Array
+from models.errors import InputError
 from models.gaussian import GaussianState
 from models.given_prior import Prior, given_prior
 from models.state_space import StateSpaceModel
@@ -90,7 +91,15 @@ def run(
         deviations: what `estimation.consistency.nees` needs
     causal : give readings in the order in which they arrive, so that an estimate uses what had
         arrived and never more; see `Recording.as_arrived`. False takes each at its capture
+
+    Raises
+    ------
+    InputError
+        If it is given no estimator or no recording, or one that does not fit its model.
     """
+    if not hasattr(estimator, "step") or not isinstance(recording, Recording):
+        given = f"{type(estimator).__name__} and {type(recording).__name__}"
+        raise InputError(f"run is given {given}, expected an estimator and a recording")
     if on_step is None and isinstance(estimator, BatchEstimator):
         time_s, y, *arrival_s = (recording.as_arrived if causal else recording.stacked)(
             estimator.model

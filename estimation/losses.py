@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from models.arrays import is_real
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
 from models.names import expected_one_of
@@ -15,9 +16,9 @@ def checked_thresholds(huber: Any) -> Mapping[str, float]:
     if not isinstance(huber, Mapping):
         raise InputError(f"huber is {huber!r}, expected sensor → threshold")
     for name, threshold in huber.items():
-        if not threshold > 0:
+        if not (is_real(threshold) and threshold > 0):
             raise InputError(
-                f"threshold {threshold} of Huber's loss on {name}, expected a positive number"
+                f"threshold {threshold!r} of Huber's loss on {name}, expected a positive number"
             )
     return FrozenMapping(huber)
 
@@ -41,8 +42,8 @@ def checked_gates(gates: Any) -> float | Mapping[str, float] | None:
 
 
 def _check_gate(gate: Any, what: str) -> None:
-    if isinstance(gate, bool | str) or not 0 < gate < 1:
-        raise InputError(f"{what} {gate}, expected between 0 and 1")
+    if not (is_real(gate) and 0 < gate < 1):
+        raise InputError(f"{what} {gate!r}, expected between 0 and 1")
 
 
 def of_sensors(

@@ -13,7 +13,7 @@ from mhe.ipopt_options import Option, checked_options
 from mhe.lags import checked_lags
 from mhe.loss import LEAST_SQUARES
 from mhe.scheme import MAX_ITERATIONS, TOLERANCE, Scheme
-from models.arrays import Array
+from models.arrays import Array, is_real
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
 from models.names import unknown
@@ -71,8 +71,8 @@ class WindowConfig:
             raise unknown("arrival cost", self.arrival_cost, ARRIVAL_COSTS)
         if self.sparse_noise is not None:
             checked_thresholds({"sparse_noise": self.sparse_noise})
-        if self.deadline_s is not None and not self.deadline_s > 0:
-            raise InputError(f"deadline_s is {self.deadline_s}, expected a positive time")
+        if self.deadline_s is not None and not (is_real(self.deadline_s) and self.deadline_s > 0):
+            raise InputError(f"deadline_s is {self.deadline_s!r}, expected a positive time")
 
     @property
     def lags(self) -> tuple[int, ...]:
@@ -122,8 +122,8 @@ class ConvergedConfig(WindowConfig):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not self.tolerance > 0:
-            raise InputError(f"tolerance is {self.tolerance}, expected a positive number")
+        if not (is_real(self.tolerance) and self.tolerance > 0):
+            raise InputError(f"tolerance is {self.tolerance!r}, expected a positive number")
         check_count("max_iterations", self.max_iterations, 0)
 
 
@@ -166,10 +166,9 @@ class MheRtiConfig(WindowConfig):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.reuse_threshold is not None and not self.reuse_threshold >= 0:
-            raise InputError(
-                f"reuse_threshold is {self.reuse_threshold}, expected 0 or standard deviations"
-            )
+        reuse = self.reuse_threshold
+        if reuse is not None and not (is_real(reuse) and reuse >= 0):
+            raise InputError(f"reuse_threshold is {reuse!r}, expected 0 or standard deviations")
 
     @property
     def scheme(self) -> Scheme:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import Any, TypeVar
 
 import numpy as np
@@ -46,6 +47,11 @@ def numbers(given: Any, what: str, expected: str) -> Array:
     except (TypeError, ValueError):
         kind = type(given).__name__
         raise InputError(f"{what}: {kind} that holds no numbers, expected {expected}") from None
+
+
+def is_real(given: object) -> bool:
+    """Whether a setting is a real number; a truth value or a text is none."""
+    return isinstance(given, Real) and not isinstance(given, bool | np.bool_)
 
 
 def keep_arrays(value: Any) -> None:

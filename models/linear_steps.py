@@ -11,6 +11,7 @@ by the series over Δt / 2^k, short enough for it, and k doublings. Discrete, of
 
 References
 ----------
+Osborne (1960), On pre-conditioning of matrices, Journal of the ACM 7(4).
 Van Loan (1978), Computing integrals involving the matrix exponential, IEEE Trans. Automatic
 Control 23(3).
 """
@@ -31,6 +32,8 @@ TERMS = 20
 """Of the series: (2 · LONGEST_NORM)^TERMS / TERMS! is below rounding."""
 DOUBLINGS = 24
 """A gap of more than 2^this steps, of the series or of T, is NaN."""
+SWEEPS = 100
+"""Over all states, to balance their units; a handful are enough."""
 INTERVAL_TOLERANCE = 0.05
 """Of T: how far a time between two readings may be from a whole number of discrete steps."""
 ROUNDING = 1e-15
@@ -38,7 +41,13 @@ ROUNDING = 1e-15
 
 
 def continuous_steps(A: Array, Q: Array) -> ca.Function:
-    """Return Δt → F (n, n), Q (n, n) of a continuous system A, Q (n, n)."""
+    """Return Δt → F (n, n), Q (n, n) of a continuous system A, Q (n, n).
+
+    The series is that of the states in units in which A is balanced: in units that lie far apart
+    its norm would ask for more doublings than there are, and each would lose digits.
+    """
+    unit = balanced_units(A)
+    A, Q = A * np.outer(1 / unit, unit), Q / np.outer(unit, unit)
     h, n = ca.MX.sym("h"), len(A)
     F, noise = ca.MX(ca.DM.eye(n)), ca.MX(n, n)
     power, change, factor = np.eye(n), Q, h
@@ -52,13 +61,44 @@ def continuous_steps(A: Array, Q: Array) -> ca.Function:
     once = _called("series", [h], [F, ca.densify(noise)])
     norm = float(np.abs(A).sum(axis=0).max(initial=0.0))
     if not (power.any() or change.any()):  # A is nilpotent, its series ends: exact for every Δt
-        return once
+        return _in_units(once, unit)
     repeated = [once]
     for _ in range(DOUBLINGS):
         half = _pair(repeated[-1](h / 2))
         repeated.append(_called("doubled", [h], _joined(half, half)))
     k = ca.ceil(ca.log(ca.fmax(h * (norm / LONGEST_NORM), 1.0)) / np.log(2.0) - 1e-9)
-    return _branch([*repeated, _called("none", [h], _nothing(n))], k, h)
+    return _in_units(_branch([*repeated, _called("none", [h], _nothing(n))], k, h), unit)
+
+
+def balanced_units(A: Array) -> Array:
+    """Return units of the states (n,), powers of two, in which no row or column of A is large.
+
+    Osborne's method. To what a state takes from others and gives to them the size of A is added,
+    that of its largest pole: a state that takes nothing, an input, would have no unit.
+    """
+    size, unit, between = np.abs(np.linalg.eigvals(A)).max(), np.ones(len(A)), np.abs(A)
+    np.fill_diagonal(between, size)
+    for _ in range(SWEEPS if size > 0 else 0):
+        before = unit.copy()
+        for i in range(len(A)):
+            given, taken = between[:, i].sum(), between[i].sum()
+            factor = 2.0 ** np.round(np.log2(taken / given) / 2)
+            unit[i] *= factor
+            between[:, i] *= factor
+            between[i] /= factor
+        if (unit == before).all():
+            break
+    return unit
+
+
+def _in_units(steps: ca.Function, unit: Array) -> ca.Function:
+    """Return Δt → F, Q of states that are `unit` (n,) times those of a function."""
+    if (unit == 1).all():
+        return steps
+    dt = ca.MX.sym("dt")
+    F, Q = _pair(steps(dt))
+    own = [ca.DM(np.outer(unit, 1 / unit)) * F, ca.DM(np.outer(unit, unit)) * Q]
+    return _called("in_units", [dt], own)
 
 
 def discrete_steps(A: Array, Q: Array, interval_s: float) -> ca.Function:

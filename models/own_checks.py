@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from models.arrays import is_real
 from models.errors import InputError
 from models.own_sensors import OwnSensor
 from models.plain_names import check_name, check_text
@@ -51,7 +52,7 @@ def check_sensor(name: str, sensor: object, where: str) -> None:
     for axis in sensor.axes:
         check_text(axis, f"{where} {name}: axis")
     rate = sensor.rate_hz
-    if rate is not None and not (isinstance(rate, int | float | np.number) and rate > 0):
+    if rate is not None and not (is_real(rate) and 0 < rate < np.inf):
         raise InputError(
             f"{where} {name}: its rate_hz is {rate!r}, expected a positive number or None"
         )

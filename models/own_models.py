@@ -12,10 +12,12 @@ import casadi as ca
 import numpy as np
 
 from models.empty_step import check_empty_step
+from models.errors import InputError
 from models.gaussian import GaussianState
 from models.given_prior import Known, known_values
 from models.manifold import additive_manifold, always_regular, no_inequality
 from models.names import several, unknown
+from models.own_arguments import called, check_symbols
 from models.own_bounds import Bound, own_bounds
 from models.own_carried import SoftConstraint, carried_noises
 from models.own_checks import check_parts
@@ -91,6 +93,8 @@ def own_model(
     check_parts(
         name, n_noises, sensors, {**named, "noise_bounds": bounded, "soft_constraints": soft}
     )
+    if not states:
+        raise InputError(f"model {name} has no states, expected at least one")
     parts = OwnParts(states, transition, n_noises, sensors)
     parts = with_parameters(name, parts, parameters or {}, walks or {}, has_inputs=bool(inputs))
     names, n_x = tuple(parts.states), len(parts.states)
@@ -102,10 +106,12 @@ def own_model(
     )
     x, w, dt = ca.SX.sym("x", len(mean)), ca.SX.sym("w", carried.n_w), ca.SX.sym("dt")
     ends, own = given.symbols(), x[:n_x]
-    moved = parts.transition(own, w[: parts.n_noises], dt, *given.over_step(*ends.values()))
-    x_next = column(moved, n_x, f"model {name}: transition", "state")
+    what, acting = f"model {name}: transition", given.over_step(*ends.values())
+    moved = called(what, parts.transition, (own, w[: parts.n_noises], dt, *acting))
+    x_next = column(moved, n_x, what, "state")
     x_next = ca.vertcat(x_next, carried.after_step(x[n_x:], w, dt))
     arguments = {"x": x, "w": w, "dt": dt, **ends}
+    check_symbols(what, x_next, arguments)
     f = ca.Function("f", list(arguments.values()), [x_next], list(arguments), ["x_next"])
     wrapped = several(angles)
     for state in (*wrapped, *(units or ())):

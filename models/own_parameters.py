@@ -14,10 +14,11 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from models.arrays import is_real
 from models.errors import InputError
 from models.given_prior import Known, known_values
 from models.names import unknown
-from models.own_arguments import check_arguments, n_arguments
+from models.own_arguments import called, check_arguments, n_arguments
 from models.own_sensors import OwnSensor, column
 
 
@@ -63,7 +64,7 @@ def with_parameters(
     for name, density in walks.items():
         if name not in parameters:
             raise unknown(f"model {model}: walk of parameter", name, parameters)
-        if not (isinstance(density, int | float | np.number) and 0 < density < np.inf):
+        if not (is_real(density) and 0 < density < np.inf):
             raise InputError(
                 f"model {model}: parameter {name} walks by {density!r}, "
                 "expected a positive number, its unit per √s"
@@ -79,12 +80,13 @@ def _augmented(
 
     def transition(x: ca.SX, w: ca.SX, dt: ca.SX, *inputs: ca.SX) -> ca.SX:
         noise = w[:n_w] if n_w else ca.SX(0, 1)
-        moved = own.transition(x[:n_x], noise, dt, *inputs, x[n_x:])
+        what = f"model {model}: transition"
+        moved = called(what, own.transition, (x[:n_x], noise, dt, *inputs, x[n_x:]))
         walked = x[n_x:]
         for i, name in enumerate(parameters):
             if name in walks:
                 walked[i] += walks[name] * ca.sqrt(dt) * w[n_w + walking.index(name)]
-        return ca.vertcat(column(moved, n_x, f"model {model}: transition", "state"), walked)
+        return ca.vertcat(column(moved, n_x, what, "state"), walked)
 
     return OwnParts(
         {**own.states, **parameters},

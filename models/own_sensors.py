@@ -17,7 +17,7 @@ import numpy as np
 from models.errors import InputError
 from models.manifold import wrapped_angles
 from models.names import several, unknown
-from models.own_arguments import check_arguments, n_arguments
+from models.own_arguments import called, check_arguments, check_symbols, n_arguments
 from models.own_noise import SIGMA, Covariance, Deviation, constant_noise, varies, whitened
 from models.sensor_model import SensorModel
 
@@ -95,8 +95,10 @@ def sensor_model(
     is_constant = not varies(*noise)
     read = {"x": x} if is_constant and not reads_inputs else {"x": x, **u}
     n, per = len(sensor.axes), f"axis ({', '.join(sensor.axes)})"
-    reading = sensor.reads(own, *(u.values() if reads_inputs else ()))
-    h = column(reading, n, f"sensor {name}: its reading", per)
+    what = f"sensor {name}: its reading"
+    reading = called(what, sensor.reads, (own, *(u.values() if reads_inputs else ())))
+    h = column(reading, n, what, per)
+    check_symbols(what, h, read)
     y = ca.SX.sym("y", n)
     r = column(residual_of(name, sensor, y, h), n, f"sensor {name}: its residual", per)
     units = unit_of_row = tuple(sensor.axes.values())

@@ -151,9 +151,14 @@ def load_pen(pen: str | Path) -> PenConfig:
     Raises
     ------
     InputError
-        If the file is missing, is not TOML, or a key or value in it is wrong;
+        If it is neither, the file is missing, is not TOML, or a key or value in it is wrong;
         the message names the file, the key and what was expected.
     """
+    if not isinstance(pen, str | Path):
+        raise InputError(
+            f"pen is of type {type(pen).__name__}, expected a pen, the name of a bundled one or "
+            "the path of a file"
+        )
     path = Path(pen)
     with reading(f"pen file {value_text(str(pen))}", "a file, or a bundled pen"):
         if str(pen) in bundled_pens() and not path.is_file():

@@ -9,16 +9,26 @@ from __future__ import annotations
 
 import numpy as np
 
+from models.errors import InputError
+
 Seed = int | np.random.SeedSequence | np.random.Generator
 """An integer or a seed sequence is one set of streams; a generator gives a new set each time."""
 
 
 def seed_sequence(seed: Seed) -> np.random.SeedSequence:
-    """Return the root of all streams of a seed; takes one number from a generator."""
+    """Return the root of all streams of a seed; takes one number from a generator.
+
+    Raises
+    ------
+    InputError
+        If it is none of them.
+    """
     if isinstance(seed, np.random.Generator):
         return np.random.SeedSequence(int(seed.integers(2**63)))
     if isinstance(seed, np.random.SeedSequence):
         return seed
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise InputError(f"seed is {seed!r}, expected a whole number from 0")
     return np.random.SeedSequence(seed)
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Array
+from models.arrays import Array, is_real
 from models.errors import InputError
 from models.motions import SampledMotion
 from models.noisy_readings import digitised, noisy_readings, touching
@@ -55,8 +55,8 @@ def sample_times(model: StateSpaceModel, duration_s: float) -> dict[str, Array]:
     InputError
         If a sensor has no rate, or the duration is not positive.
     """
-    if not 0 < duration_s < np.inf:
-        raise InputError(f"duration is {duration_s} s, expected a positive time")
+    if not (is_real(duration_s) and 0 < duration_s < np.inf):
+        raise InputError(f"duration is {duration_s!r} s, expected a positive time")
     times = {}
     for sensor in model.measured_sensors:
         if sensor.rate_hz is None:

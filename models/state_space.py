@@ -32,7 +32,7 @@ from models.model_text import model_html, model_text
 from models.names import did_you_mean, several
 from models.outputs import Outputs, TangentNames
 from models.sensor_model import SensorModel
-from models.state_space_parts import check_model, stacked_row
+from models.state_space_parts import check_model, stacked_row, with_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,18 +229,15 @@ class StateSpaceModel:
         Raises
         ------
         InputError
-            If a reading is unknown, or no state meets the affine rows and the bounds that
-            some instant demands; see `models.feasibility`.
+            If it is no such function, a reading is unknown, or no state meets the affine rows and
+            the bounds that some instant demands; see `models.feasibility`.
         """
-        x = ca.SX.sym("x", self.n_x)
-        rows = ca.vertcat(self.inequality(x), added := ca.vertcat(inequality(x)))
-        g = ca.Function("inequality", [x], [rows], ["x"], ["g"])
-        names = several(needs or ())
+        g, names = with_rows(self, inequality), several(needs or ())
         check_needs(self.name, self.reading_names, names)
         needed, conditions = np.isin(self.reading_names, names), self.conditions
         if conditions is not None or needed.any():
-            of_added = np.tile(needed, (added.numel(), 1))
-            conditions = np.vstack([self.inequality_needs, of_added])
+            n_added = g.numel_out(0) - self.inequality.numel_out(0)
+            conditions = np.vstack([self.inequality_needs, np.tile(needed, (n_added, 1))])
         return feasible(self.replace(inequality=g, conditions=conditions))
 
     def __repr__(self) -> str:

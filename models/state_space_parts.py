@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from models.arrays import Array, numbers
 from models.errors import InputError
 from models.model_checks import check_conditions, check_prior, check_sizes, input_sizes
 from models.names import unknown
+from models.own_arguments import called, check_arguments, check_symbols
 
 
 def check_model(model: Any) -> None:
@@ -39,6 +41,16 @@ def check_model(model: Any) -> None:
         rows = (int(model.inequality.numel_out(0)), model.n_y)
         check_conditions(model.name, model.conditions, rows)
     check_prior(model.name, model.prior, n_x)
+
+
+def with_rows(model: Any, inequality: Callable[[ca.SX], ca.SX]) -> ca.Function:
+    """Return a model's inequality with rows more; `InputError` where they are no expressions."""
+    what, x = f"model {model.name}: an inequality", ca.SX.sym("x", model.n_x)
+    check_arguments(what, inequality, ("x",))
+    added = ca.vertcat(called(what, inequality, (x,)))
+    rows = ca.vertcat(model.inequality(x), added)
+    check_symbols(what, rows, {"x": x})
+    return ca.Function("inequality", [x], [rows], ["x"], ["g"])
 
 
 def stacked_row(model: Any, readings: Mapping[str, Array], inputs: Mapping[str, float]) -> Array:

@@ -14,6 +14,7 @@ import numpy as np
 
 from estimation.history import EstimateHistory
 from estimation.history_plot import drawn_states, known_units, plot_histories
+from estimation.reading_columns import check_mapping
 from estimation.recording import Truth
 from models.errors import InputError
 from models.names import unknown
@@ -111,9 +112,10 @@ def compare(
     Raises
     ------
     InputError
-        If there is no history, one has no step, or no history has one of the states. The table
-        and the figure do so where a history has an instant without truth.
+        If there is no history by name, one has no step, or no history has one of the states. The
+        table and the figure do so where a history has an instant without truth.
     """
+    check_mapping(histories, "histories to compare", "name → history")
     if not histories:
         raise InputError("no history to compare, expected at least one by name")
     for label, history in histories.items():

@@ -145,9 +145,15 @@ def create_estimator(name: str, model: StateSpaceModel, **settings: Any) -> Esti
     Raises
     ------
     InputError
-        If no estimator has the name, it does not read a setting, or a value is not allowed.
+        If no estimator has the name, it is given no model, it does not read a setting, or a value
+        is not allowed.
     """
     check_estimator(name)
+    if not isinstance(model, StateSpaceModel):
+        raise InputError(
+            f"estimator {name} is given a {type(model).__name__}, expected a model, as of "
+            "pen_model or own_model"
+        )
     row = ESTIMATORS[name]
     chosen = with_losses(name, model, settings, **row.defaults)
     return row.make(model, config_of(name, configs(), chosen))

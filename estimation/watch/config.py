@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from models.arrays import is_real
 from models.errors import InputError
 from models.names import unknown
 
@@ -36,7 +37,7 @@ class WatchConfig:
     def __post_init__(self) -> None:
         if self.on_lost not in ON_LOST:
             raise unknown("on_lost", self.on_lost, ON_LOST)
-        if not 0 < self.replay_s < float("inf"):
-            raise InputError(f"replay_s is {self.replay_s}, expected a positive time")
-        if self.deadline_s is not None and not self.deadline_s > 0:
-            raise InputError(f"deadline_s is {self.deadline_s}, expected a positive time")
+        if not (is_real(self.replay_s) and 0 < self.replay_s < float("inf")):
+            raise InputError(f"replay_s is {self.replay_s!r}, expected a positive time")
+        if self.deadline_s is not None and not (is_real(self.deadline_s) and self.deadline_s > 0):
+            raise InputError(f"deadline_s is {self.deadline_s!r}, expected a positive time")

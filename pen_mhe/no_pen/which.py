@@ -7,7 +7,7 @@ pen is found in what it shows.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -50,6 +50,10 @@ def pen_and_recording(
     InputError
         If the recording is none, shows no pen, or an axis is given beside a pen.
     """
+    if not isinstance(recording, Recording | WrittenRecording | str | Path | Sequence):
+        raise InputError(
+            f"recording is of type {type(recording).__name__}, expected a recording or its path"
+        )
     if pen is not None:
         check_no_axis(axis)
         config, note, loaded = as_pen(pen), None, None

@@ -272,7 +272,7 @@ def test_the_reach_follows_from_the_model() -> None:
 
 
 def test_a_negative_number_is_refused() -> None:
-    with pytest.raises(InputError, match="late_samples is -1, expected 0 or more"):
+    with pytest.raises(InputError, match="late_samples is -1, expected a whole number from 0"):
         EkfConfig(late_samples=-1)
 
 

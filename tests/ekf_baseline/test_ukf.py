@@ -178,7 +178,7 @@ def test_a_prior_that_is_nearly_known() -> None:
         ({"alpha": 0.0}, "alpha is 0.0, expected a positive number"),
         ({"alpha": 1.5}, "beta is 2.0, expected alpha² = 2.25 or more"),
         ({"kappa": -1.0}, "kappa is -1.0, expected 0 or more"),
-        ({"late_samples": -1}, "late_samples is -1, expected 0 or more"),
+        ({"late_samples": -1}, "late_samples is -1, expected a whole number from 0"),
     ],
 )
 def test_settings_that_cannot_be(settings: dict[str, float], sentence: str) -> None:

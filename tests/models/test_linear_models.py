@@ -110,6 +110,20 @@ def test_a_discrete_system_takes_whole_steps(name: str) -> None:
     np.testing.assert_array_equal(history.mean, exact.mean)
 
 
+@pytest.mark.parametrize("unit", [[1e-6, 1e5, 1e3], [1e6, 1e-4, 1.0], [1.0, 1.0, 1e-9]])
+def test_units_do_not_matter(unit: list[float]) -> None:
+    """Of a system in microns and bars: what is estimated is the same, to the digits that it has."""
+    u, given = np.array(unit), recording(np.cumsum(T * GAPS))
+    apart = {"B": B * u[:, None], "G": G * u[:, None]}
+    prior = GaussianState(MEAN * u, P * np.outer(u, u))
+    other = linear_model("apart", A * np.outer(u, 1 / u), C / u, R=R, D=D, prior=prior, **apart)
+    found, wanted = (run(create_estimator("ekf", each), given) for each in (other, continuous()))
+    assert set(found.status) == {Status.SOLVED}
+    np.testing.assert_allclose(found.std / u, wanted.std, rtol=1e-9)
+    off = (found.mean / u - wanted.mean) / wanted.std
+    assert np.abs(off).max() < 1e-9
+
+
 def test_a_chain_of_integrators_is_exact_at_any_length() -> None:
     """Its series ends; noise reaches every state, a constant beside it none."""
     chain = np.diag([1.0, 1.0, 0.0], 1)

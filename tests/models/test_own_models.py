@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from estimation.estimator import run
-from estimation.recording import Recording
+from estimation.recording import Measurement, Recording
 from estimation.status import Status
 from models.arrays import Array
 from models.errors import InputError
@@ -168,6 +168,15 @@ def discrete(x: ca.SX, w: ca.SX, dt: ca.SX) -> ca.SX:
     return ca.vertcat(x[0] + dt * x[1], x[1] + 0.1 * w[0])
 
 
+def test_a_model_without_sensors_predicts() -> None:
+    estimator = create_estimator("ekf", own_model("cart", STATES, cart, 2, {}))
+    state, _ = estimator.step(estimator.init(), Measurement(0.0, np.zeros(0)))
+    _, estimate = estimator.step(state, Measurement(2.0, np.zeros(0)))
+    assert estimate.status is Status.NO_READING
+    (distance, _), (speed, _) = STATES.values()
+    assert estimate.state.mean == pytest.approx([distance + 2.0 * speed, speed])
+
+
 def test_a_state_where_a_model_is_not_defined_says_nothing_of_an_empty_step() -> None:
     """A rod of length 1 ± 1 m: at one deviation below its mean it has none."""
     states = {"angle_rad": (0.1, 0.1), "length_m": (1.0, 1.0)}
@@ -231,6 +240,39 @@ BAD: Mapping[str, tuple[Callable[[], object], str]] = {
         r"noise_std of ruler is \[-0.1\], expected positive numbers",
     ),
     "noise of NaN": (lambda: cart_model(ruler=ruler(noise_std=np.nan)), "expected positive numb"),
+    "no state": (lambda: cart_model({}), "model cart has no states, expected at least one"),
+    "more noises than there are": (
+        lambda: cart_model(transition=lambda x, w, dt: x + dt * w[5]),
+        r"transition is called with symbols of shapes .* CasADi says: Slice .* out of bounds",
+    ),
+    "a choice by a symbol": (
+        lambda: cart_model(transition=lambda x, w, dt: x if x[0] > 0 else -x),
+        "CasADi says: Cannot compute the truth value .* expected expressions .* ca.if_else",
+    ),
+    "a symbol from elsewhere": (
+        lambda: cart_model(transition=lambda x, w, dt: x + dt * ca.SX.sym("wind", 2)),
+        "transition depends on wind_0, wind_1, expected nothing but x, w, dt",
+    ),
+    "a reading of a symbol from elsewhere": (
+        lambda: cart_model(ruler=ruler(reads=lambda x: x[0] + ca.SX.sym("wind"))),
+        "sensor ruler: its reading depends on wind, expected nothing but x",
+    ),
+    "a constraint that is no function": (
+        lambda: cart_model().constrained("distance_m < 3"),
+        r"inequality is 'distance_m < 3', expected a function of \(x\)",
+    ),
+    "an endless rate": (
+        lambda: cart_model(ruler=ruler(rate_hz=np.inf)),
+        "sensor ruler: its rate_hz is inf, expected a positive number or None",
+    ),
+    "a duration of text": (
+        lambda: simulate_model(cart_model(), duration_s="1"),
+        "duration is '1' s, expected a positive time",
+    ),
+    "a seed of text": (
+        lambda: simulate_model(cart_model(), seed="one"),
+        "seed is 'one', expected a whole number from 0",
+    ),
     "no rate to simulate with": (
         lambda: simulate_model(cart_model(ruler=ruler(rate_hz=None)), duration_s=1.0),
         "sensor ruler has no rate_hz, expected one to simulate it",

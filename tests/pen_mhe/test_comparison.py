@@ -126,6 +126,8 @@ def test_a_notebook_and_a_prompt_show_it() -> None:
 def test_what_cannot_be_compared_is_refused() -> None:
     with pytest.raises(InputError, match="no history to compare"):
         compare({})
+    with pytest.raises(InputError, match="histories to compare are a list, expected name →"):
+        compare([off(0.0)])  # type: ignore[arg-type]
     with pytest.raises(InputError, match="the history a has no steps"):
         compare({"a": off(0.0)[:0]})
     with pytest.raises(InputError, match="state spin_rad is unknown, expected one of tip_x_m"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import FrozenInstanceError, replace
 from types import MappingProxyType
@@ -140,6 +141,31 @@ SENTENCES: Mapping[str, tuple[str, dict[str, Any], str]] = MappingProxyType(
         ),
     }
 )
+
+
+TEXTS = [
+    ("mhe", "deadline_s"),
+    ("mhe", "tolerance"),
+    ("mhe", "sparse_noise"),
+    ("mhe-rti", "reuse_threshold"),
+    ("ekf", "late_samples"),
+    ("ekf", "gate_probability"),
+    ("ukf", "alpha"),
+    ("ukf", "beta"),
+    ("ukf", "kappa"),
+]
+
+
+@pytest.mark.parametrize("value", ["0.5", True])
+@pytest.mark.parametrize(("estimator", "setting"), TEXTS)
+def test_what_is_no_number_is_refused(estimator: str, setting: str, value: object) -> None:
+    with pytest.raises(InputError, match=re.escape(repr(value))):
+        create_estimator(estimator, MODEL, **{setting: value})
+
+
+def test_what_is_no_model_is_refused() -> None:
+    with pytest.raises(InputError, match="ekf is given a str, expected a model, as of pen_model"):
+        create_estimator("ekf", "reference")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("case", SENTENCES)

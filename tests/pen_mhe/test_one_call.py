@@ -61,6 +61,15 @@ def test_estimate_reads_a_file(recording: pm.Recording, tmp_path: Path) -> None:
     np.testing.assert_array_equal(of_file.history.mean, of_it.history.mean)
 
 
+def test_what_is_of_another_type_is_refused(recording: pm.Recording) -> None:
+    with pytest.raises(pm.InputError, match="pen is of type StateSpaceModel, expected a pen, the"):
+        pm.estimate(recording, pm.pen_model("reference", ["accel"]))  # type: ignore[arg-type]
+    with pytest.raises(pm.InputError, match="recording is of type NoneType, expected a recording"):
+        pm.estimate(None)  # type: ignore[arg-type]
+    with pytest.raises(pm.InputError, match="run is given str and Recording, expected an estim"):
+        pm.run("ekf", recording)  # type: ignore[arg-type]
+
+
 def test_units_are_for_files(recording: pm.Recording) -> None:
     with pytest.raises(pm.InputError, match="units are given for a recording, expected none"):
         pm.estimate(recording, units={"accel": "g"})
