@@ -21,6 +21,8 @@ BUDGETS = WITH, WITHOUT = "with a camera", "without a camera"
 YES, NO, OPEN = "yes", "no", "open"
 """Whether optimising pays."""
 
+ONE_SEED = "One seed does not tell whether cheaper sensors are as good."
+
 
 @dataclass(frozen=True)
 class Pick:
@@ -34,7 +36,7 @@ class Pick:
     why : of the estimator
     cheaper : the cheapest sensors that show the quantity, where they are others
     as_good : cheaper sensors that the seeds of the run do not tell apart from these
-    open_with : how many seeds that are
+    seeds : how many seeds the sensors have
     """
 
     budget: str
@@ -45,7 +47,7 @@ class Pick:
     why: str = ""
     cheaper: str = ""
     as_good: tuple[str, ...] = ()
-    open_with: str = ""
+    seeds: int = 0
 
     @property
     def sentence(self) -> str:
@@ -54,12 +56,11 @@ class Pick:
             return f"{self.why.capitalize()}."
         cheaper = f" Cheapest that shows it: {self.cheaper}." if self.cheaper else ""
         between = ";" if self.why == _ONE_SIDE else ":"
-        unsure = (
-            f" Not told apart from it by {self.open_with}: {listed([*self.as_good])}; "
-            "more seeds would tell."
-            if self.as_good
-            else ""
-        )
+        unsure = ""
+        if self.as_good:
+            many = f"Not told apart from it by {count(self.seeds, 'seed')}"
+            others = f"{many}: {listed([*self.as_good])}; more seeds would tell."
+            unsure = f" {ONE_SEED if self.seeds == 1 else others}"
         return (
             f"Take {self.sensors} with {self.estimator} ({self.figure}){between} "
             f"{self.why}.{unsure}{cheaper}"
@@ -140,7 +141,8 @@ def _pick(
     pays = YES if take in OPTIMISING else OPEN if not why or NO_INTERVAL in why else NO
     take, why = (take, why) if why else (choice.estimator, _ONE_SIDE)
     figure = _figure(matrix, choice.sensors, take, best)
-    as_good, seeds = _cheaper_and_tied(matrix, choice, among), count(choice.cell.seeds, "seed")
+    as_good = _cheaper_and_tied(matrix, choice, among)
+    seeds = choice.cell.seeds
     return Pick(budget, choice.sensors, take, figure, pays, why, cheaper, as_good, seeds)
 
 

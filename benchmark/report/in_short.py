@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from benchmark.report.advice import NO, OPEN, WITH, WITHOUT, YES, Pick, listed
+from benchmark.report.advice import NO, ONE_SEED, OPEN, WITH, WITHOUT, YES, Pick, listed
 from benchmark.report.numbers import count
 
 if TYPE_CHECKING:
@@ -74,12 +74,12 @@ def _headline(answers: Sequence[Answer], budget: str) -> str:
 
 def _not_told_apart(answers: Sequence[Answer]) -> list[str]:
     """Say for which quantities a cheaper choice of sensors may be as good."""
-    unsure = [
-        (f"{name} ({listed([*pick.as_good])})", pick.open_with)
-        for name, pick in _named(answers)
-        if pick.as_good
-    ]
+    unsure = [(name, pick) for name, pick in _named(answers) if pick.as_good]
     if not unsure:
         return []
-    what, seeds = listed([said for said, _ in unsure]), unsure[0][1]
-    return [f"By {seeds} cheaper sensors are not surely worse for {what}: more seeds would tell."]
+    seeds = unsure[0][1].seeds
+    if seeds == 1:
+        return [ONE_SEED]
+    what = listed([f"{name} ({listed([*pick.as_good])})" for name, pick in unsure])
+    worse = f"By {count(seeds, 'seed')} cheaper sensors are not surely worse"
+    return [f"{worse} for {what}: more seeds would tell."]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from benchmark.report.advice import WITHOUT, advice
+from benchmark.report.advice import ONE_SEED, WITHOUT, advice
 from benchmark.report.content import Answer
 from benchmark.report.in_short import headlines
 from benchmark.report.matrix import Matrix
@@ -106,6 +106,13 @@ def test_the_headlines_say_so() -> None:
         "By 5 seeds cheaper sensors are not surely worse for elevation without a camera "
         "(accel+gyro): more seeds would tell."
     )
+
+
+def test_one_seed_is_said_to_tell_nothing_and_names_none() -> None:
+    found = matrix({choice: [errors[0]] for choice, errors in LUCK.items()})
+    assert headlines([Answer(found, advice(found))])[1] == ONE_SEED
+    assert ONE_SEED in said(advice(found))
+    assert "accel+gyro" not in said(advice(found)).partition("Cheapest")[0]
 
 
 def test_dearer_ones_are_not_named() -> None:
