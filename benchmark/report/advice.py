@@ -14,14 +14,12 @@ from benchmark.report.choice import (
     reliable,
 )
 from benchmark.report.matrix import NOT_OBSERVABLE, Matrix
-from benchmark.report.numbers import count, number
+from benchmark.report.numbers import number
 from benchmark.report.tied import Choice, tied
 
 BUDGETS = WITH, WITHOUT = "with a camera", "without a camera"
 YES, NO, OPEN = "yes", "no", "open"
 """Whether optimising pays."""
-
-ONE_SEED = "One seed does not tell whether cheaper sensors are as good."
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ class Pick:
     why : of the estimator
     cheaper : the cheapest sensors that show the quantity, where they are others
     as_good : cheaper sensors that the seeds of the run do not tell apart from these
-    seeds : how many seeds the sensors have
+    seeds : how many that are; what one seed does not tell is said once, by `in_short.headlines`
     """
 
     budget: str
@@ -56,11 +54,12 @@ class Pick:
             return f"{self.why.capitalize()}."
         cheaper = f" Cheapest that shows it: {self.cheaper}." if self.cheaper else ""
         between = ";" if self.why == _ONE_SIDE else ":"
-        unsure = ""
-        if self.as_good:
-            many = f"Not told apart from it by {count(self.seeds, 'seed')}"
-            others = f"{many}: {listed([*self.as_good])}; more seeds would tell."
-            unsure = f" {ONE_SEED if self.seeds == 1 else others}"
+        unsure = (
+            f" Not told apart from it by {self.seeds} seeds: {listed([*self.as_good])}; "
+            "more seeds would tell."
+            if self.as_good and self.seeds > 1
+            else ""
+        )
         return (
             f"Take {self.sensors} with {self.estimator} ({self.figure}){between} "
             f"{self.why}.{unsure}{cheaper}"

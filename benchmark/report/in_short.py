@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from benchmark.report.advice import NO, ONE_SEED, OPEN, WITH, WITHOUT, YES, Pick, listed
+from benchmark.report.advice import NO, OPEN, WITH, WITHOUT, YES, Pick, listed
 from benchmark.report.numbers import count
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def _not_told_apart(answers: Sequence[Answer]) -> list[str]:
         return []
     seeds = unsure[0][1].seeds
     if seeds == 1:
-        return [ONE_SEED]
+        return ["One seed does not tell whether cheaper sensors are as good."]
     what = listed([f"{name} ({listed([*pick.as_good])})" for name, pick in unsure])
-    worse = f"By {count(seeds, 'seed')} cheaper sensors are not surely worse"
-    return [f"{worse} for {what}: more seeds would tell."]
+    cheaper = f"By {seeds} seeds cheaper sensors are not surely worse"
+    return [f"{cheaper} for {what}: more seeds would tell."]
