@@ -17,7 +17,7 @@ from benchmark.report.matrix import NOT_OBSERVABLE, Matrix
 from benchmark.report.numbers import number
 from benchmark.report.tied import Choice, tied
 
-BUDGETS = WITH, WITHOUT = "with a camera", "without a camera"
+WITH, WITHOUT = "with a camera", "without a camera"
 YES, NO, OPEN = "yes", "no", "open"
 """Whether optimising pays."""
 
