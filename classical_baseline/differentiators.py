@@ -46,11 +46,6 @@ class Differentiator:
                 f"expected 0 to {len(self.weights) - 1}"
             )
 
-    @property
-    def noise_gain(self) -> float:
-        """Standard deviation of the derivative for white noise of 1 and a step of 1."""
-        return float(np.linalg.norm(self.weights))
-
     def __call__(self, values: Array, step_s: float) -> Array:
         """Return the derivative (n,) of even samples (n,), NaN where samples are missing."""
         derivative = np.full(len(values), np.nan)

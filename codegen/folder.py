@@ -121,7 +121,7 @@ def write_export(export: Export, folder: Path, sizes: Sizes | None, command: str
 
 
 def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> str:
-    model = export.exported.model
+    model, name = export.exported.model, export.exported.estimator
     is_float = export.precision.c_type == "float"
     names = given_names(model)
     unread = [*constant_sensors(model), *detected_sensors(model)]
@@ -130,9 +130,8 @@ def _readme(export: Export, sizes: Sizes | None, command: str, about: str) -> st
         "README.md",
         prefix=export.prefix,
         PREFIX=export.prefix.upper(),
-        estimator=export.exported.estimator,
-        title=f"`{export.exported.estimator}`"
-        + in_markdown(about.removeprefix(export.exported.estimator)),
+        estimator=name,
+        title=f"`{name}` {in_markdown(about.removeprefix(name))}",
         command=code_span(command),
         precision=f"`{export.precision.c_type}`",
         some_columns=", ".join(map(code_span, names[:3])) + ", …",

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from commands.command_line import command_line
-from commands.lists import completing, completing_several
+from commands.lists import complete_cases, completing, completing_several
 from commands.options import JobsOption, names
 from commands.sentences import one_sentence
 from estimation.output_folder import RESULTS
@@ -55,7 +55,8 @@ def benchmark(
         str | None,
         typer.Option(
             help="Names with commas: run only these, of the suites' own. A name that holds a comma "
-            "stands in double quotes."
+            "stands in double quotes.",
+            autocompletion=complete_cases,
         ),
     ] = None,
     pen: Annotated[

@@ -6,6 +6,7 @@ a name costs to find is not paid by commands that do not need it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, get_args
@@ -14,7 +15,7 @@ import typer
 
 from models.bundled import bundled_pens, sensor_names
 from recordings.motion_list import motion_names
-from suites.table import BY_NAME, MODULES, OF_OWN_PEN
+from suites.table import BY_NAME, MODULES, NAMED, OF_OWN_PEN
 
 
 def _estimators() -> Iterable[str]:
@@ -104,12 +105,28 @@ def complete_sensors(ctx: typer.Context, incomplete: str) -> list[str]:
     return _next_names(incomplete, [name for pen in pens for name in sensor_names(pen)])
 
 
+def complete_cases(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Complete names of cases with commas: of the suites before them, or of those that run anyway.
+
+    A name that holds a comma stands in double quotes.
+    """
+    from benchmark.tasks.suite import Scope
+    from suites.execute import chosen_tasks
+
+    data = ctx.params.get("data")
+    # While an option lacks its value, arguments are left over: they are no parameters yet.
+    suites = [name for name in ctx.args if name in NAMED]
+    tasks = chosen_tasks(suites or list(MODULES), Scope(data=None if data is None else str(data)))
+    cases = [task.case for task in tasks]
+    return _next_names(incomplete, [f'"{case}"' if "," in case else case for case in cases])
+
+
 def _next_names(incomplete: str, names: Iterable[str]) -> list[str]:
-    """Return ``accel,gyro`` for ``accel,gy``: what may stand behind the last comma."""
-    before, comma, last = incomplete.rpartition(",")
-    given = before.split(",")
+    """Return ``accel,gyro`` for ``accel,gy``: what may stand behind the last comma of a list."""
+    before = re.match(r'((?:"[^"]*"|[^",]*),)*', incomplete)[0]  # type: ignore[index]
+    last, given = incomplete.removeprefix(before), re.findall(r'"[^"]*"|[^",]+', before)
     return [
-        f"{before}{comma}{name}"
+        f"{before}{name}"
         for name in dict.fromkeys(names)
         if name.startswith(last) and name not in given
     ]

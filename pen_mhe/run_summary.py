@@ -70,7 +70,13 @@ class RunSummary:
     @property
     def trust(self) -> Trust:
         """How far to trust the answer."""
-        return trust_of(self.findings, self.statuses, self.nis, tilt_std_rad=self.tilt_std_rad)
+        return trust_of(
+            self.findings,
+            self.statuses,
+            self.nis,
+            nees=self.nees,
+            tilt_std_rad=self.tilt_std_rad,
+        )
 
     @property
     def size(self) -> str:

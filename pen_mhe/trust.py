@@ -17,7 +17,7 @@ FEWEST_ANSWERED = 0.5
 """Part of the steps with an answer below which the whole is none."""
 MOSTLY_SOLVED = 0.99
 FAR_OFF = 3.0
-"""Times by which NIS differs from what is expected; the deviations, by the root of it."""
+"""Times by which NIS or NEES differ from what is expected; the deviations, by the root of it."""
 TUNE = "pen-mhe tune finds noise and motion that fit"
 
 
@@ -40,6 +40,7 @@ def trust_of(
     statuses: Mapping[Status, int],
     nis: Consistency | None,
     *,
+    nees: Consistency | None = None,
     tilt_std_rad: float | None = None,
 ) -> Trust:
     """Say how far to trust a run.
@@ -49,6 +50,7 @@ def trust_of(
     findings : of the recording
     statuses : how many steps ended in each
     nis : of the innovations; None where there is nothing to judge by
+    nees : of the errors; None where the truth is not known
     tilt_std_rad : standard deviation of the elevation that is claimed at the end
     """
     wrong = not_meant(findings)
@@ -65,7 +67,7 @@ def trust_of(
             "see what the others ended in, and what pen-mhe check says of recording and pen",
         )
     claimed = "" if tilt_std_rad is None else f" (elevation: {np.degrees(tilt_std_rad):.2g}°)"
-    said = [f"trust: {_of_deviations(nis, claimed)}"]
+    said = [f"trust: {_of_deviations(nis, nees, claimed)}"]
     if solved < MOSTLY_SOLVED:
         said.append(f"not where steps are not solved ({1 - solved:.1%})")
     if findings:
@@ -73,7 +75,12 @@ def trust_of(
     return Trust(True, ", ".join(said))
 
 
-def _of_deviations(nis: Consistency | None, claimed: str) -> str:
+def _of_deviations(nis: Consistency | None, nees: Consistency | None, claimed: str) -> str:
+    if nees is not None and not nees.mean <= FAR_OFF * nees.expected:
+        return (
+            f"errors are {np.sqrt(nees.mean / nees.expected):.2g} times the claimed deviations on "
+            f"the whole, by the truth (NEES {nees.mean:.3g}, expected {nees.expected:.3g}); {TUNE}"
+        )
     if nis is None or nis.expected <= 0:
         return f"nothing judges the claimed deviations{claimed}"
     ratio = nis.mean / nis.expected

@@ -6,7 +6,9 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +19,9 @@ from models.errors import InputError
 from models.limits import check_most
 from models.regular_files import open_regular
 from models.shown_text import short
+
+if TYPE_CHECKING:
+    from recordings.ink_map import InkMap
 
 INCH_MM = 25.4
 OUTLIER_FACTOR = 2.0
@@ -41,14 +46,26 @@ class Ink:
     time_s: Array
     pressed: Array
 
+    @cached_property
+    def map(self) -> InkMap:
+        """The map of the ink, made once for all paths that are laid over it."""
+        from recordings.ink_map import InkMap  # slow to import, for scanned ink only
+
+        return InkMap(self.points_mm)
+
 
 @dataclass(frozen=True, eq=False)
 class InkMatch:
-    """A path laid over the ink: distance and both point sets, mm."""
+    """A path laid over the ink, mm: both point sets, and how far the path's (n,) are from it."""
 
-    mean_distance_mm: float
+    distance_mm: Array
     path_mm: Array
     ink_mm: Array
+
+    @property
+    def mean_distance_mm(self) -> float:
+        """Mean distance of the path from the ink; infinite for a path that is far off it."""
+        return float(np.mean(self.distance_mm))
 
 
 def otsu_threshold(grey: Array) -> int:
@@ -158,7 +175,7 @@ def written_path_mm(tip_xy_m: Array, pressed: Array) -> Array:
     return resampled[np.interp(at, length, pressed) > 0.5]
 
 
-def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
+def match_ink(path_mm: Array, ink: InkMap) -> InkMatch:
     """Shift a path onto the ink (never rotate or scale it) and measure the distance.
 
     The rounds of nearest neighbour and mean end in a local optimum, so they
@@ -166,11 +183,7 @@ def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
     of a text fits in several places. The best one counts. Looking for it, a
     nearest neighbour is good to half a millimetre (`recordings.ink_map`).
     """
-    from scipy.spatial import cKDTree  # slow to import, for scanned ink only
-
-    from recordings.ink_map import InkMap
-
-    coarse, tree = InkMap(ink_mm).nearest, cKDTree(ink_mm)
+    coarse, tree, ink_mm = ink.nearest, ink.tree, ink.ink_mm
     thinned = path_mm[:: max(1, len(path_mm) // STARTING_POINTS)]
     starts = _starting_shifts(path_mm, ink_mm)
     shifts = [_settled_shift(thinned, coarse, start) for start in starts]
@@ -178,8 +191,7 @@ def match_ink(path_mm: Array, ink_mm: Array) -> InkMatch:
     shifted = path_mm + _settled_shift(
         path_mm, lambda at: ink_mm[tree.query(at)[1]], best, MOST_ROUNDS
     )
-    distance, _ = tree.query(shifted)
-    return InkMatch(float(np.mean(distance)), shifted, ink_mm)
+    return InkMatch(tree.query(shifted)[0], shifted, ink_mm)
 
 
 def ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:
@@ -193,11 +205,11 @@ def ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:
     tip_xy = np.column_stack([output.column("tip_x_m"), output.column("tip_y_m")])
     on_paper = 1e3 * tip_xy[TRIMMED_SAMPLES:-TRIMMED_SAMPLES]
     if np.ptp(on_paper, axis=0).max() > OFF_PAPER * np.ptp(ink.points_mm, axis=0).max():
-        return InkMatch(math.inf, on_paper, ink.points_mm)
+        return InkMatch(np.full(len(on_paper), math.inf), on_paper, ink.points_mm)
     path = written_path_mm(tip_xy, pressed)
     if len(path) == 0:
         return None
-    return match_ink(path, ink.points_mm)
+    return match_ink(path, ink.map)
 
 
 def _starting_shifts(path_mm: Array, ink_mm: Array) -> list[Array]:

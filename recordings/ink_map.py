@@ -1,9 +1,10 @@
-"""The nearest ink of any point on the paper, to half a millimetre: one look-up each."""
+"""The nearest ink of any point on the paper: to half a millimetre by one look-up, or exactly."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
+from scipy.spatial import cKDTree
 
 from models.arrays import Array
 
@@ -12,7 +13,7 @@ MARGIN_MM = 20.0
 
 
 class InkMap:
-    """A grid over the ink whose cells know the cell of the nearest ink.
+    """A grid over the ink whose cells know the cell of the nearest ink, and a tree of the ink.
 
     Parameters
     ----------
@@ -20,6 +21,7 @@ class InkMap:
     """
 
     def __init__(self, ink_mm: Array) -> None:
+        self.ink_mm, self.tree = ink_mm, cKDTree(ink_mm)
         self._corner = ink_mm.min(axis=0) - MARGIN_MM
         extent = ink_mm.max(axis=0) + MARGIN_MM - self._corner
         empty = np.ones(np.ceil(extent / CELL_MM).astype(int) + 1, dtype=bool)

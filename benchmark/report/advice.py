@@ -14,10 +14,10 @@ from benchmark.report.choice import (
     reliable,
 )
 from benchmark.report.matrix import NOT_OBSERVABLE, Matrix
-from benchmark.report.numbers import count, number
+from benchmark.report.numbers import number
 from benchmark.report.tied import Choice, tied
 
-BUDGETS = WITH, WITHOUT = "with a camera", "without a camera"
+WITH, WITHOUT = "with a camera", "without a camera"
 YES, NO, OPEN = "yes", "no", "open"
 """Whether optimising pays."""
 
@@ -34,7 +34,7 @@ class Pick:
     why : of the estimator
     cheaper : the cheapest sensors that show the quantity, where they are others
     as_good : cheaper sensors that the seeds of the run do not tell apart from these
-    open_with : how many seeds that are
+    seeds : how many that are; what one seed does not tell is said once, by `in_short.headlines`
     """
 
     budget: str
@@ -45,7 +45,7 @@ class Pick:
     why: str = ""
     cheaper: str = ""
     as_good: tuple[str, ...] = ()
-    open_with: str = ""
+    seeds: int = 0
 
     @property
     def sentence(self) -> str:
@@ -55,9 +55,9 @@ class Pick:
         cheaper = f" Cheapest that shows it: {self.cheaper}." if self.cheaper else ""
         between = ";" if self.why == _ONE_SIDE else ":"
         unsure = (
-            f" Not told apart from it by {self.open_with}: {listed([*self.as_good])}; "
+            f" Not told apart from it by {self.seeds} seeds: {listed([*self.as_good])}; "
             "more seeds would tell."
-            if self.as_good
+            if self.as_good and self.seeds > 1
             else ""
         )
         return (
@@ -140,7 +140,8 @@ def _pick(
     pays = YES if take in OPTIMISING else OPEN if not why or NO_INTERVAL in why else NO
     take, why = (take, why) if why else (choice.estimator, _ONE_SIDE)
     figure = _figure(matrix, choice.sensors, take, best)
-    as_good, seeds = _cheaper_and_tied(matrix, choice, among), count(choice.cell.seeds, "seed")
+    as_good = _cheaper_and_tied(matrix, choice, among)
+    seeds = choice.cell.seeds
     return Pick(budget, choice.sensors, take, figure, pays, why, cheaper, as_good, seeds)
 
 

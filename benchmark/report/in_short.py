@@ -74,12 +74,12 @@ def _headline(answers: Sequence[Answer], budget: str) -> str:
 
 def _not_told_apart(answers: Sequence[Answer]) -> list[str]:
     """Say for which quantities a cheaper choice of sensors may be as good."""
-    unsure = [
-        (f"{name} ({listed([*pick.as_good])})", pick.open_with)
-        for name, pick in _named(answers)
-        if pick.as_good
-    ]
+    unsure = [(name, pick) for name, pick in _named(answers) if pick.as_good]
     if not unsure:
         return []
-    what, seeds = listed([said for said, _ in unsure]), unsure[0][1]
-    return [f"By {seeds} cheaper sensors are not surely worse for {what}: more seeds would tell."]
+    seeds = unsure[0][1].seeds
+    if seeds == 1:
+        return ["One seed does not tell whether cheaper sensors are as good."]
+    what = listed([f"{name} ({listed([*pick.as_good])})" for name, pick in unsure])
+    cheaper = f"By {seeds} seeds cheaper sensors are not surely worse"
+    return [f"{cheaper} for {what}: more seeds would tell."]

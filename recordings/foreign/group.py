@@ -61,22 +61,17 @@ class Group:
     ) -> Array:
         """Return the readings (n, k), NaN where there is none: as they stand, or times factors."""
         where = f"recording {self.table.name}"
-        whole = isinstance(rows, slice) and rows == ALL
-        some = None if whole else rows
-        found = None
+        found = np.empty((len(self.table.frame.index[rows]), len(axes)))
         for k, axis in enumerate(axes):
-            column = self._column(self.headers[axis], some, where)
-            if found is None:
-                found = np.empty((len(column), len(axes)))
+            column = self._column(self.headers[axis], rows, where)
             if self.added is not None:
-                column = column + self._column(self.added[axis], some, where)
+                column = column + self._column(self.added[axis], rows, where)
             factor = self.signs.get(axis, 1.0) * (1.0 if factors is None else float(factors[k]))
             np.multiply(column, factor, out=found[:, k])
-        return np.empty((0, 0)) if found is None else found
+        return found
 
-    def _column(self, header: str, rows: Rows | None, where: str) -> Array:
-        cells = self.table.frame[header]
-        return numbers(cells if rows is None else cells.iloc[rows], where)
+    def _column(self, header: str, rows: Rows, where: str) -> Array:
+        return numbers(self.table.frame[header].iloc[rows], where)
 
     def factors(self, axes: Sequence[str], factor: float) -> Array:
         """Return the factors to SI (k,): those of the columns' own names, else one for all.

@@ -14,6 +14,7 @@ from suites.pen.known_start import AT_S, BEGIN, BEGIN_S, FREE, NO_SPIN, SENSORS
 from suites.pen.pen_cases import (
     ON_AXIS,
     ON_AXIS_BEGIN,
+    PEN_CASES,
     PRINTED,
     PRINTED_BEGIN,
     WITH_IPOPT_S,
@@ -25,6 +26,7 @@ AIMS = (("tip", "mm"), ("azimuth", "deg"), ("elevation", "deg"))
 OVER_TIME = (("ekf", None), ("mhe-rti", None), ("mhe-ipopt", BEGIN))
 """Estimator, and the case in the place of the pen's own that it runs on."""
 
+PRINTED_SENSORS = "accel+gyro+camera"
 PLACES = (
     *((ON_AXIS, PRINTED, name) for name in ("ekf", "mhe-rti")),
     *((ON_AXIS_BEGIN, PRINTED_BEGIN, name) for name in ("ekf", "mhe-rti", "mhe", "mhe-ipopt")),
@@ -81,18 +83,18 @@ def _grown(results: Results, case: str, estimator: str, quantity: str) -> list[L
 def printed(results: Results) -> Figure:
     """Return (9) as printed beside the rigid body, estimator by estimator."""
     panels = []
-    places = ", ".join(f"{i} {name}" for i, (_, _, name) in enumerate(PLACES, start=1))
-    for sensors, quantity, unit in (
-        ("accel+gyro+camera", "tip", "mm"),
-        ("accel+gyro+camera", "elevation", "deg"),
-    ):
+    places = ", ".join(
+        f"{i} {name} {PEN_CASES[case].duration_s:g} s"
+        for i, (case, _, name) in enumerate(PLACES, start=1)
+    )
+    for quantity, unit in (("tip", "mm"), ("elevation", "deg")):
         lines = [
-            _by_place(results, name, column, sensors, quantity)
+            _by_place(results, name, column, quantity)
             for column, name in enumerate(("rigid body", "(9) as printed"))
         ]
         panels.append(
             Panel(
-                f"{CONFIGURATIONS[sensors].label}: {quantity}",
+                f"{CONFIGURATIONS[PRINTED_SENSORS].label}: {quantity}",
                 places,
                 f"{quantity} RMSE ({unit})",
                 [line for line in lines if line is not None],
@@ -104,19 +106,23 @@ def printed(results: Results) -> Figure:
         "What the errors of (9) as printed cost",
         "A pen that cannot spin, sensors on its axis: the rigid body and (9) as printed, its axes "
         "signed so that both agree at rest. Mean over the seeds, smallest and largest. "
-        f"Estimators 1 and 2 over 4 s, the others over the {WITH_IPOPT_S:g} s that IPOPT solves "
-        "too. On the turntable (9) is (12): its errors are in terms that (12) leaves out. Without "
-        "a camera they do not show: the tip's free acceleration takes them up.",
+        f"{WITH_IPOPT_S:g} s are what IPOPT solves too. The camera's frames are weighed less the "
+        "further they are from what is predicted, by the EKF's prediction before the window's. On "
+        "the turntable (9) is (12): its errors are in terms that (12) leaves out. Without a camera "
+        "they do not show: the tip's free acceleration takes them up.",
         panels,
-        columns=len(panels),
     )
 
 
-def _by_place(results: Results, name: str, column: int, sensors: str, quantity: str) -> Line | None:
+def _by_place(results: Results, name: str, column: int, quantity: str) -> Line | None:
     found: list[tuple[float, ...]] = []
     for place, row in enumerate(PLACES, start=1):
         errors = results.select(
-            suite=NAME, case=row[column], sensors=sensors, estimator=row[2], quantity=quantity
+            suite=NAME,
+            case=row[column],
+            sensors=PRINTED_SENSORS,
+            quantity=quantity,
+            estimator=row[2],
         )["rmse"]
         if len(errors):
             found.append((place, errors.mean(), errors.min(), errors.max()))

@@ -286,7 +286,7 @@ def _speeds(results: Results) -> Figure:
         lines = []
         for name, estimator in product(("rigid body", "accelerations neglected"), ("ekf", "mhe")):
             speeds = {
-                case: row.speed
+                case: row.assumed.speed
                 for case, row in PEN_CASES.items()
                 if case.startswith(f"{name}, speed ")
                 or (case == WITHOUT_SPIN and name == "rigid body")

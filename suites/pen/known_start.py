@@ -31,13 +31,8 @@ from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
 from pen_mhe.estimators import create_estimator
 from recordings.simulate_pen import simulate
-from suites.pen.pen_cases import (
-    DURATION_S,
-    MOTION,
-    REFERENCE,
-    WITHOUT_SPIN,
-    assumed_pen,
-)
+from suites.pen.pen_cases import DURATION_S, MOTION
+from suites.pen.told_pens import FREE_PEN, NO_SPIN_PEN, ToldPen, told_pen
 from suites.pen_quantities import quantities_at
 
 SENSORS = "accel+gyro"
@@ -63,12 +58,12 @@ class KnownStart:
 
     Parameters
     ----------
-    like : the case of `suites.pen.pen_cases.PEN_CASES` whose pen it is
+    pen : which moves as it is told to
     estimators : that run on it
     duration_s : of the recording
     """
 
-    like: str
+    pen: ToldPen
     estimators: tuple[str, ...] = ("mhe-rti", "ekf")
     duration_s: float = DURATION_S
 
@@ -79,9 +74,9 @@ BEGIN_S = 0.2
 BEGIN = f"{NO_SPIN}, {BEGIN_S:g} s"
 KNOWN_STARTS: Mapping[str, KnownStart] = MappingProxyType(
     {
-        BEGIN: KnownStart(WITHOUT_SPIN, (OPTIMUM, NEAR), BEGIN_S),
-        NO_SPIN: KnownStart(WITHOUT_SPIN),
-        FREE: KnownStart(REFERENCE),
+        BEGIN: KnownStart(NO_SPIN_PEN, (OPTIMUM, NEAR), BEGIN_S),
+        NO_SPIN: KnownStart(NO_SPIN_PEN),
+        FREE: KnownStart(FREE_PEN),
     }
 )
 """Name → case."""
@@ -90,9 +85,9 @@ KNOWN_STARTS: Mapping[str, KnownStart] = MappingProxyType(
 def run_known_start(task: Task) -> Outcome:
     """Run an estimator from a known start and tell its errors at `AT_S`."""
     row = KNOWN_STARTS[task.case]
-    estimator = _estimator(row.like, task.estimator)
+    estimator = _estimator(row.pen, task.estimator)
     recording = simulate(
-        _pen(row.like),
+        _known(row.pen),
         CONFIGURATIONS[SENSORS].sensors,
         motion=MOTION,
         duration_s=row.duration_s,
@@ -106,7 +101,7 @@ def run_known_start(task: Task) -> Outcome:
     history = run(estimator, blind, prior=told, covariances=is_reference)
     quantities = quantities_at(model, history, truth, [at for at in AT_S if at <= row.duration_s])
     if is_reference:
-        near = run(_estimator(row.like, NEAR), blind, prior=told)
+        near = run(_estimator(row.pen, NEAR), blind, prior=told)
         quantities.append(distance_quantity(model, history, near))
     return outcome(model.name, history, quantities)
 
@@ -127,18 +122,18 @@ def told_start(model: StateSpaceModel, truth: Truth, seed: int) -> GaussianState
 
 
 @cache
-def _pen(like: str) -> PenConfig:
-    """Return the pen, which moves as it is assumed to, with a start that is known."""
-    pen = assumed_pen(like)
+def _known(told: ToldPen) -> PenConfig:
+    """Return a pen whose start is known."""
+    pen = told_pen(told)
     return pen.model_copy(update={"prior": pen.prior.model_copy(update=dict(KNOWN))})
 
 
 @cache
-def _estimator(like: str, name: str) -> Estimator[Any]:
-    return create_estimator(name, _model(like))
+def _estimator(told: ToldPen, name: str) -> Estimator[Any]:
+    return create_estimator(name, _model(told))
 
 
 @cache
-def _model(like: str) -> StateSpaceModel:
+def _model(told: ToldPen) -> StateSpaceModel:
     """Return the model that the estimators of a pen share, with what is derived of it."""
-    return pen_model(_pen(like), CONFIGURATIONS[SENSORS].sensors, writing_area=False)
+    return pen_model(_known(told), CONFIGURATIONS[SENSORS].sensors, writing_area=False)

@@ -27,10 +27,9 @@ from suites.pen.pen_cases import (
     PEN_CASES,
     REFERENCE,
     SPIN_IGNORED,
-    assumed_pen,
-    like,
     moving_pen,
 )
+from suites.pen.told_pens import ToldPen, told_pen
 from suites.pen_quantities import pen_quantities
 
 SHOWN: Mapping[str, tuple[str, str, float]] = MappingProxyType(
@@ -58,18 +57,18 @@ SHOWN_SENSORS: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
 
 def run_pen(task: Task) -> Outcome:
     """Run an estimator on simulated handwriting."""
-    estimator = _estimator(like(task.case), task.sensors, task.estimator)
+    row = PEN_CASES[task.case]
+    estimator = _estimator(row.assumed, task.sensors, task.estimator)
     recording = _recording(task.case, task.sensors, task.seed)
     truth = recording.truth
     assert truth is not None
     model = estimator.model
     blind, is_reference = replace(recording, truth=None), task.estimator == OPTIMUM
     history = run(estimator, blind, covariances=is_reference)
-    settling_s = PEN_CASES[task.case].settling_s
     seen = _seen(task.case, task.sensors)
-    quantities = pen_quantities(model, history, truth, seen, settling_s=settling_s)
+    quantities = pen_quantities(model, history, truth, seen, settling_s=row.settling_s)
     if is_reference:
-        near = run(_estimator(like(task.case), task.sensors, NEAR), blind)
+        near = run(_estimator(row.assumed, task.sensors, NEAR), blind)
         quantities.append(distance_quantity(model, history, near))
     series: list[Series] = []
     if task.seed == 0:
@@ -88,19 +87,19 @@ def _recording(case: str, sensors: str, seed: int) -> Recording:
         motion=MOTION,
         duration_s=PEN_CASES[case].duration_s,
         seed=seed,
-        speed=PEN_CASES[case].speed,
+        speed=PEN_CASES[case].assumed.speed,
     )
 
 
 @cache
-def _estimator(case: str, sensors: str, name: str) -> Estimator[Any]:
-    return create_estimator(name, _model(case, sensors))
+def _estimator(assumed: ToldPen, sensors: str, name: str) -> Estimator[Any]:
+    return create_estimator(name, _model(assumed, sensors))
 
 
 @cache
-def _model(case: str, sensors: str) -> StateSpaceModel:
+def _model(assumed: ToldPen, sensors: str) -> StateSpaceModel:
     """Return the model that estimators of a configuration share, with what is derived of it."""
-    return pen_model(assumed_pen(case), CONFIGURATIONS[sensors].sensors)
+    return pen_model(told_pen(assumed), CONFIGURATIONS[sensors].sensors)
 
 
 @cache

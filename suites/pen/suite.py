@@ -11,7 +11,7 @@ from benchmark.tasks.suite import Scope, Suite
 from benchmark.tasks.task import Outcome, Task
 from suites.pen.figures import figures
 from suites.pen.known_start import KNOWN_STARTS, SENSORS, run_known_start
-from suites.pen.pen_cases import PEN_CASES, like
+from suites.pen.pen_cases import PEN_CASES
 from suites.pen.pen_run import run_pen
 from suites.pen.table_run import (
     STARTS,
@@ -73,9 +73,9 @@ def run(task: Task, scope: Scope) -> Outcome:
 def row(task: Task) -> Hashable:
     """Return what tasks share: a pen's model and estimators, the turntable's recordings."""
     if task.case in PEN_CASES:
-        return like(task.case), task.sensors
+        return PEN_CASES[task.case].assumed, task.sensors
     if task.case in KNOWN_STARTS:
-        return "known start", KNOWN_STARTS[task.case].like
+        return "known start", KNOWN_STARTS[task.case].pen
     return task.case
 
 

@@ -19,9 +19,9 @@ too long is forgotten slowly.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -37,9 +37,6 @@ from models.turntable import TurntableConfig, mirror, paper_turntable, turntable
 from pen_mhe.errors import state_errors
 from pen_mhe.estimators import create_estimator
 from recordings.simulate_turntable import simulate_table
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 OUTCOMES = ("converged", "mirror", "lost")
 """At the truth, at its mirror, at neither."""
@@ -122,35 +119,6 @@ class StartRun:
     step_time_s: Array
 
 
-@dataclass(frozen=True, eq=False)
-class StartResult:
-    """All runs of a trial."""
-
-    trial: StartTrial
-    state_names: tuple[str, ...]
-    runs: tuple[StartRun, ...]
-
-    @property
-    def counts(self) -> Mapping[str, int]:
-        """Number of runs per outcome."""
-        return {name: sum(run.outcome == name for run in self.runs) for name in OUTCOMES}
-
-    @property
-    def converged_rms(self) -> Array | None:
-        """RMS error (n_x,) of the converged runs against the truth, over their judged ends."""
-        return self._rms([run.error[run.judged] for run in self.runs if run.outcome == "converged"])
-
-    @property
-    def mirror_rms(self) -> Array | None:
-        """RMS error (n_x,) of the mirror runs against the mirrored truth, likewise."""
-        mirrored = [run for run in self.runs if run.outcome == "mirror"]
-        return self._rms([run.mirror_error[run.judged] for run in mirrored])
-
-    @staticmethod
-    def _rms(errors: list[Array]) -> Array | None:
-        return np.sqrt(np.mean(np.vstack(errors) ** 2, axis=0)) if errors else None
-
-
 def start_estimator(trial: StartTrial) -> Estimator[Any]:
     """Return the estimator of a trial, which serves all its starts and seeds."""
     sensors = TURNTABLE_CONFIGURATIONS[trial.configuration].sensors
@@ -205,34 +173,6 @@ def run_start(
         history.solved_fraction,
         history.step_time_s,
     )
-
-
-def turntable_starts(trial: StartTrial, seeds: Iterable[int]) -> StartResult:
-    """Run a trial with many seeds: each draws a start, its noise and its wrong signs."""
-    estimator = start_estimator(trial)
-    runs = tuple(run_start(trial, seed, estimator=estimator) for seed in seeds)
-    return StartResult(trial, turntable_model(trial.table).state_names, runs)
-
-
-def as_table(results: Iterable[StartResult]) -> pd.DataFrame:
-    """Return one row per trial: counts per outcome, RMS errors in degrees where there are any."""
-    rows = []
-    for result in results:
-        trial = result.trial
-        row: dict[str, object] = {
-            "sensors": TURNTABLE_CONFIGURATIONS[trial.configuration].label,
-            "estimator": trial.estimator,
-            "start_error_deg": math.degrees(trial.start_error_rad),
-            **result.counts,
-        }
-        for of, rms in (("converged", result.converged_rms), ("mirror", result.mirror_rms)):
-            for i, name in enumerate(result.state_names):
-                column = f"{of}_{name.replace('rad', 'deg')}"
-                row[column] = None if rms is None else math.degrees(rms[i])
-        rows.append(row)
-    import pandas as pd  # slow to import, for tables only
-
-    return pd.DataFrame(rows)
 
 
 def _outcome(error: Array, mirror_error: Array, limit_rad: float) -> str:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from benchmark.tasks.history import outcome
 from benchmark.tasks.task import Outcome, Quantity, Series, Task
@@ -26,20 +25,21 @@ from models.state_space import StateSpaceModel
 from pen_mhe.causal_run import causal_lags
 from pen_mhe.estimators import create_estimator
 from recordings.formats.dpoint import load_dpoint
-from recordings.ink import InkMatch, ink_match
+from recordings.ink import ink_match
 from recordings.thinning import CameraThinning, left_out_error, thinned
 from recordings.written import WrittenRecording
 from suites.real.cases import (
     CASES,
     HORIZON,
     LAG,
+    NO_CAMERA,
     UNBIASED,
     WITH_CAMERA,
     WITHOUT_CAMERA,
     RealCase,
 )
 from suites.real.elevation import elevation_quantities, elevation_series
-from suites.real.ingredients import INGREDIENTS, without_level
+from suites.real.ingredients import INGREDIENTS, without_bias, without_level
 
 PEN, FOLDER = "dpoint", "dpoint_pen"
 CLOCK = "accel"
@@ -51,6 +51,20 @@ SHOWN_S = 8.0
 
 LEFT_OUT = (("left_out_position", "m", "mm", 1e3), ("left_out_orientation", "rad", "deg", DEG))
 """Quantity, unit of the residual's rows, unit shown, factor."""
+
+VARIANTS: Mapping[str, Callable[[PenConfig], PenConfig]] = MappingProxyType(
+    {
+        "": lambda pen: pen,
+        **INGREDIENTS,
+        NO_CAMERA: without_level,
+        UNBIASED: lambda pen: without_bias(without_level(pen)),
+    }
+)
+"""Name → the pen that an estimator assumes, of that of the file.
+
+Without a camera nothing sees the paper, so its level means nothing, and a bias of the accelerometer
+and a tilt of the pen are nearly the same to every reading; `UNBIASED` tells that there is none.
+"""
 
 
 def run_dpoint(task: Task, data: str, *, looks_back: bool = False) -> Outcome:
@@ -66,7 +80,7 @@ def run_dpoint(task: Task, data: str, *, looks_back: bool = False) -> Outcome:
     if task.case in CASES:
         return _with_camera(task, written, CASES[task.case], looks_back)
     pen, whole = load_pen(PEN), written.recording
-    estimator = _estimator(like(task.case), task.sensors, task.estimator)
+    estimator = _estimator(variant(task.case), task.sensors, task.estimator)
     history = run(estimator, whole.select(WITHOUT_CAMERA[task.sensors]))
     found = elevation_quantities(pen, history, whole)
     series = elevation_series(pen, history, whole)
@@ -76,7 +90,7 @@ def run_dpoint(task: Task, data: str, *, looks_back: bool = False) -> Outcome:
 def _with_camera(
     task: Task, written: WrittenRecording, case: RealCase, looks_back: bool
 ) -> Outcome:
-    whole, model = written.recording, _model(like(task.case), task.sensors)
+    whole, model = written.recording, _model(case.without, task.sensors)
     instants = _with_clock(whole, WITH_CAMERA[task.sensors])
     phase = 0 if case.away_s else task.seed
     used = thinned(model, instants, CameraThinning(case.rate_hz, phase))
@@ -87,7 +101,7 @@ def _with_camera(
         task.estimator, settings, used.select(WITH_CAMERA[task.sensors]), CLOCK
     )
     history = run(
-        _estimator(like(task.case), task.sensors, task.estimator, tuple(settings.items())),
+        _estimator(case.without, task.sensors, task.estimator, tuple(settings.items())),
         used,
         causal=case.causal,
     )
@@ -129,18 +143,15 @@ def _ink(name: str, written: WrittenRecording, output: EstimateHistory) -> list[
     match = None if written.ink is None else ink_match(output, written.ink)
     if match is None:
         return []
-    halves = () if math.isinf(match.mean_distance_mm) else _halves(match)
     found = [Quantity.single(name, "mm", match.mean_distance_mm)]
+    if math.isinf(match.mean_distance_mm):
+        return found
+    middle = len(match.distance_mm) // 2
+    halves = {"first": match.distance_mm[:middle], "second": match.distance_mm[middle:]}
     return found + [
-        Quantity.single(f"{name}, {half} half", "mm", mean)
-        for half, mean in zip(("first", "second"), halves, strict=False)
+        Quantity.single(f"{name}, {half} half", "mm", float(distance.mean()))
+        for half, distance in halves.items()
     ]
-
-
-def _halves(match: InkMatch) -> tuple[float, float]:
-    distance = np.asarray(cKDTree(match.ink_mm).query(match.path_mm)[0])
-    middle = len(distance) // 2
-    return float(distance[:middle].mean()), float(distance[middle:].mean())
 
 
 def _paths(output: EstimateHistory) -> tuple[Series, ...]:
@@ -161,44 +172,19 @@ def _recording(data: str) -> WrittenRecording:
     return load_dpoint(folder, load_pen(PEN))
 
 
-def like(case: str) -> str:
-    """Return the first case whose estimators assume the same pen: they are the same ones."""
-    if case not in CASES:
-        return case
-    return next(name for name, row in CASES.items() if row.without == CASES[case].without)
+def variant(case: str) -> str:
+    """Return the name of the pen in `VARIANTS` that the estimators of a case assume."""
+    return CASES[case].without if case in CASES else case
 
 
 @cache
 def _estimator(
-    case: str, sensors: str, name: str, settings: tuple[tuple[str, Any], ...] = ()
+    assumed: str, sensors: str, name: str, settings: tuple[tuple[str, Any], ...] = ()
 ) -> Estimator[Any]:
-    return create_estimator(name, _model(case, sensors), **dict(settings))
+    return create_estimator(name, _model(assumed, sensors), **dict(settings))
 
 
 @cache
-def _model(case: str, sensors: str) -> StateSpaceModel:
+def _model(assumed: str, sensors: str) -> StateSpaceModel:
     """Return the model that estimators of a configuration share, with what is derived of it."""
-    return pen_model(_pen(case), {**WITH_CAMERA, **WITHOUT_CAMERA}[sensors])
-
-
-@cache
-def _pen(case: str) -> PenConfig:
-    """Return the pen that an estimator assumes.
-
-    Without a camera nothing sees the paper, so its level means nothing, and a bias of the
-    accelerometer and a tilt of the pen are nearly the same to every reading; `UNBIASED` tells the
-    estimator that there is none.
-    """
-    pen = load_pen(PEN)
-    if case in CASES:
-        without = CASES[case].without
-        return INGREDIENTS[without](pen) if without else pen
-    pen = without_level(pen)
-    if case != UNBIASED:
-        return pen
-    accelerometer = pen.sensors["accel"].model_copy(
-        update={"bias_std_m_s2": 0.0, "bias_walk_m_s2_per_sqrt_s": 0.0}
-    )
-    return pen.model_copy(
-        update={"sensors": MappingProxyType({**pen.sensors, "accel": accelerometer})}
-    )
+    return pen_model(VARIANTS[assumed](load_pen(PEN)), {**WITH_CAMERA, **WITHOUT_CAMERA}[sensors])

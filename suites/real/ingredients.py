@@ -35,6 +35,12 @@ def without_level(pen: PenConfig) -> PenConfig:
     return pen.model_copy(update={"level_rad": (0.0, 0.0)})
 
 
+def without_bias(pen: PenConfig) -> PenConfig:
+    """Return a pen whose accelerometer is known to have no bias."""
+    none = {"bias_std_m_s2": 0.0, "bias_walk_m_s2_per_sqrt_s": 0.0}
+    return _with_sensors(pen, lambda s: none if s.feels_gravity else {})
+
+
 def without_mounting(pen: PenConfig) -> PenConfig:
     """Return a pen whose inertial sensors are along its axes, as drawn."""
 

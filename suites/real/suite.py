@@ -24,7 +24,7 @@ from suites.real.cases import (
     WITHOUT_RATES_HZ,
     ZERO_DELAY,
 )
-from suites.real.dpoint_run import FOLDER, like, run_dpoint
+from suites.real.dpoint_run import FOLDER, run_dpoint, variant
 from suites.real.figures import figures
 
 NAME = "real"
@@ -116,5 +116,5 @@ SUITE = Suite(
     figures=figures,
     missing=missing,
     reads=lambda task: FOLDER,
-    row=lambda task: (like(task.case), task.sensors),
+    row=lambda task: (variant(task.case), task.sensors),
 )

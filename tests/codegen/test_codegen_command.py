@@ -82,7 +82,9 @@ def test_taking_late_readings_needs_room(tmp_path: Path) -> None:
 def test_roots_in_double_too(tmp_path: Path) -> None:
     for options, form in (((), "covariance form"), (("--roots",), "root form")):
         call(tmp_path, "--sensors", "accel", "--estimator", "ekf", *options)
-        assert f"double, {form}" in (tmp_path / "README.md").read_text()
+        told = (tmp_path / "README.md").read_text()
+        assert "\n`ekf` for reference pen" in told
+        assert f"double, {form}" in told
 
 
 @pytest.mark.parametrize("more", [("ekf",), ("mhe-rti", "--horizon", "2", "--deadline", "0.01")])

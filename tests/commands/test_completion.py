@@ -18,10 +18,12 @@ import contextlib, io, json, os, sys
 from commands.cli import app
 told = []
 for line in json.loads(sys.argv[1]):
-    os.environ["COMP_WORDS"], os.environ["COMP_CWORD"] = line, str(line.count(" "))
+    whole = line.partition("'")[0]  # behind it is one word, however many spaces it has
+    os.environ["COMP_WORDS"], os.environ["COMP_CWORD"] = line, str(whole.count(" "))
     with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.suppress(SystemExit):
         app(prog_name="pen-mhe")
-    told.append([printed.getvalue().split(), [name for name in {SLOW} if name in sys.modules]])
+    found = [word for word in printed.getvalue().splitlines() if word]
+    told.append([found, [name for name in {SLOW} if name in sys.modules]])
 print(json.dumps(told))
 """
 
@@ -69,6 +71,11 @@ LONGER: dict[str, list[str]] = {
     "codegen --estimator ": ["ekf", "mhe-rti"],
     "benchmark consistency --estimators ekf,mhe-s": ["ekf,mhe-sparse"],
     "simulate --stamps a": ["arrival"],
+    "benchmark printed-cost consistency --cases 'speed 1,mo": ["speed 1,moving"],
+    "benchmark printed-cost --cases 'speed 1,speed": [
+        f"speed 1,speed {speed}" for speed in ("0.25", "0.5", "2", "4")
+    ],
+    "benchmark tilt --cases '\"swing, two": ['"swing, two axes"'],
 }
 
 

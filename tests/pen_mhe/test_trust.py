@@ -33,6 +33,16 @@ def test_innovations_say_how_far(ratio: float, words: str) -> None:
     assert "\n" not in trust.sentence
 
 
+def test_the_truth_says_more_than_innovations() -> None:
+    """An estimate that is wrong of what no reading shows has small innovations."""
+    far = Consistency(96.0, 6.0, 5.8, 6.2, 0.1, 100)
+    trust = trust_of((), SOLVED, nis(0.04), nees=far)
+    assert trust.sentence.startswith("trust: errors are 4 times the claimed deviations")
+    assert (
+        "innovations are 5 times smaller" in trust_of((), SOLVED, nis(0.04), nees=nis(1)).sentence
+    )
+
+
 def test_a_finding_says_that_it_cannot_be_meant() -> None:
     remark = Finding("it hums", "accel", 0.9, "hush it", check="noise")
     wrong = Finding("it lies", "gyro", 0.9, "mend it", Severity.NOT_MEANT, check="handedness")

@@ -17,6 +17,7 @@ from recordings.ink import (
     otsu_threshold,
     written_path_mm,
 )
+from recordings.ink_map import InkMap
 
 Image = pytest.importorskip("PIL.Image", reason="the extra [scan] is not installed")
 
@@ -64,7 +65,7 @@ def test_a_path_on_its_own_ink_has_distance_below_a_pixel(tmp_path: Path) -> Non
     path = zigzag()
     draw(path, tmp_path / "scan.png")
     ink = ink_points_mm(tmp_path / "scan.png")
-    match = match_ink(path + np.array([150.0, -80.0]), ink)
+    match = match_ink(path + np.array([150.0, -80.0]), InkMap(ink))
     assert match.mean_distance_mm < INCH_MM / 300
     assert np.abs(np.diff(match.path_mm - path, axis=0)).max() < 1e-9  # a shift, nothing else
 
@@ -73,7 +74,7 @@ def test_a_part_of_the_path_finds_its_place(tmp_path: Path) -> None:
     path = zigzag()
     draw(path, tmp_path / "scan.png")
     part = path[1200:1700]
-    match = match_ink(part - 40.0, ink_points_mm(tmp_path / "scan.png"))
+    match = match_ink(part - 40.0, InkMap(ink_points_mm(tmp_path / "scan.png")))
     assert match.mean_distance_mm < INCH_MM / 300
 
 
@@ -82,7 +83,7 @@ def test_known_distance(tmp_path: Path) -> None:
     ink = np.column_stack([np.arange(0, 50, 0.02), np.zeros(2500)])
     x = np.arange(5, 45, 0.5)
     path = np.vstack([np.column_stack([x, np.full_like(x, y)]) for y in (-0.5, 0.5)])
-    assert match_ink(path, ink).mean_distance_mm == pytest.approx(0.5, abs=1e-3)
+    assert match_ink(path, InkMap(ink)).mean_distance_mm == pytest.approx(0.5, abs=1e-3)
 
 
 def test_far_specks_are_not_ink(tmp_path: Path) -> None:

@@ -86,7 +86,7 @@ def test_the_look_up_decides_no_distance() -> None:
     rng = np.random.default_rng(1)
     ink = scribble(rng)
     path = ink[50:350:3] + rng.normal(0, 0.1, (100, 2))
-    match = match_ink(path + np.array([120.0, -40.0]), ink)
+    match = match_ink(path + np.array([120.0, -40.0]), InkMap(ink))
     assert match.mean_distance_mm == cKDTree(ink).query(match.path_mm)[0].mean()
     assert np.abs(match.path_mm - path).max() < 0.1
 
@@ -97,6 +97,6 @@ def test_the_distance_is_that_of_a_settled_shift(seed: int) -> None:
     rng = np.random.default_rng(seed)
     ink = scribble(rng)
     path = ink[20:380:2] + rng.normal(0, 0.6, (180, 2))
-    match = match_ink(path, ink)
+    match = match_ink(path, InkMap(ink))
     nearest = ink[cKDTree(ink).query(match.path_mm)[1]]
     assert np.abs((nearest - match.path_mm).mean(axis=0)).max() < 1e-6

@@ -56,6 +56,30 @@ def test_the_first_picture_has_every_choice_and_estimator(page: Any) -> None:
     assert len(set(places)) > 6
 
 
+@pytest.mark.parametrize("width", [390, 1280])
+def test_a_long_name_of_sensors_makes_its_row_higher(page: Any, width: int) -> None:
+    """In all panels alike where they stand beside each other; it is not over the next row."""
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    label, row, *others = page.execute_script(
+        """
+        const row = document.querySelector('.glance .row'), label = row.querySelector('.label');
+        const told = label.textContent;
+        label.textContent = 'accelerometer and '.repeat(9);
+        const boxes = [label, ...document.querySelectorAll('.glance .pane > .row:nth-of-type(1)')]
+            .map((e) => e.getBoundingClientRect()).map((b) => [b.top, b.bottom]);
+        label.textContent = told;
+        return boxes;
+        """
+    )
+    page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    assert label[0] >= row[0]
+    assert label[1] <= row[1]
+    beside = [other for other in others if other[0] == row[0]]
+    assert len(beside) == (4 if width == 1280 else 0)
+    assert all(other == row for other in beside)
+
+
 def test_figures_wait_until_they_are_near_and_are_all_drawn(page: Any) -> None:
     last = page.find_elements("css selector", ".plot")[-1]
     assert last.get_attribute("data-drawn") is None

@@ -108,6 +108,14 @@ def test_the_headlines_say_so() -> None:
     )
 
 
+def test_what_one_seed_does_not_tell_is_said_once_without_names() -> None:
+    found = matrix({choice: [errors[0]] for choice, errors in LUCK.items()})
+    assert headlines([Answer(found, advice(found))])[1] == (
+        "One seed does not tell whether cheaper sensors are as good."
+    )
+    assert "accel+gyro" not in said(advice(found)).partition("Cheapest")[0]
+
+
 def test_dearer_ones_are_not_named() -> None:
     runs = {**LUCK, (OTHER, "ekf"): [0.4, 0.5, 0.6, 0.45, 0.5], (BEST, "ekf"): [0.9, 0.4] * 2 + [1]}
     pick = advice(matrix(runs)).of(WITHOUT)

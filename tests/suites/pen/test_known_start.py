@@ -20,6 +20,7 @@ from suites.pen.known_start import (
     KNOWN_STARTS,
     NO_SPIN,
     SENSORS,
+    KnownStart,
     told_start,
 )
 from suites.pen.suite import NAME, SUITE
@@ -31,9 +32,9 @@ def outcome(case: str, estimator: str, seed: int = 0) -> Outcome:
 
 @pytest.mark.parametrize("case", [NO_SPIN, FREE])
 def test_the_start_is_as_wrong_as_it_is_told(case: str) -> None:
-    like = known_start.KNOWN_STARTS[case].like
-    model = known_start._estimator(like, "ekf").model
-    truth = simulate(known_start._pen(like), ["accel", "gyro"], duration_s=0.05).truth
+    pen = known_start.KNOWN_STARTS[case].pen
+    model = known_start._estimator(pen, "ekf").model
+    truth = simulate(known_start._known(pen), ["accel", "gyro"], duration_s=0.05).truth
     assert truth is not None
     true = truth.states(model.state_names, truth.time_s[:1])[0]
     assert np.isfinite(true).all()
@@ -80,7 +81,7 @@ def test_errors_and_claims_are_told_at_each_time(case: str) -> None:
 
 
 def test_ipopt_ends_where_mhe_ends_from_a_known_start(monkeypatch: pytest.MonkeyPatch) -> None:
-    short = KNOWN_STARTS[BEGIN].__class__(KNOWN_STARTS[BEGIN].like, ("mhe-ipopt",), 0.05)
+    short = KnownStart(KNOWN_STARTS[BEGIN].pen, ("mhe-ipopt",), 0.05)
     monkeypatch.setattr(known_start, "KNOWN_STARTS", {BEGIN: short})
     found = {q.name: q for q in outcome(BEGIN, "mhe-ipopt").quantities}
     assert found["distance from mhe"].max_error < 1e-6

@@ -15,17 +15,20 @@ from models.pen_config import PenConfig
 from models.pen_file import load_pen
 from suites.pen.pen_cases import (
     MEASURED_HAND,
-    NEGLIGIBLE,
     PEN_CASES,
     REFERENCE,
     SPIN_IGNORED,
     WITH_IPOPT,
     WITHOUT_SPIN,
-    assumed_pen,
     moving_pen,
 )
+from suites.pen.told_pens import NEGLIGIBLE, told_pen
 
 pytestmark = pytest.mark.usefixtures("interpreted")
+
+
+def assumed_pen(case: str) -> PenConfig:
+    return told_pen(PEN_CASES[case].assumed)
 
 
 def derivative(pen: PenConfig, sensor: str) -> dict[str, float]:
@@ -71,10 +74,11 @@ def test_who_assumes_what_moves() -> None:
     assert set(freedom.values()) == {(5, 5)}
     for case, row in PEN_CASES.items():
         assert set(row.sensors) <= set(CONFIGURATIONS)
-        differs = row.neglects or row.is_printed or case == SPIN_IGNORED
+        assumed = row.assumed
+        differs = assumed.neglects or assumed.is_printed or case == SPIN_IGNORED
         assert (moving_pen(case) != assumed_pen(case)) == differs
         if "speed" in case:
-            assert row.speed == float(case.rpartition(" ")[2])
+            assert assumed.speed == float(case.rpartition(" ")[2])
 
 
 def test_the_answer_is_about_the_bundled_pen_as_its_file_says() -> None:
@@ -121,7 +125,8 @@ def test_neglecting_takes_the_accelerometer_for_gravity_alone(speed: float) -> N
 
 def test_the_reference_is_what_a_neglecting_pen_is_compared_with() -> None:
     for case, row in PEN_CASES.items():
-        if row.neglects:
-            like = WITHOUT_SPIN if row.speed == 1 else f"rigid body, speed {row.speed:g}"
+        if row.assumed.neglects:
+            speed = row.assumed.speed
+            like = WITHOUT_SPIN if speed == 1 else f"rigid body, speed {speed:g}"
             assert moving_pen(case) == moving_pen(like) == assumed_pen(like)
             assert set(row.sensors) <= set(PEN_CASES[like].sensors)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -18,12 +19,10 @@ from pen_mhe.estimators import settings_read
 from recordings.simulate_turntable import simulate_table
 from suites.pen.turntable_starts import (
     OUTCOMES,
-    StartResult,
     StartRun,
     StartTrial,
-    as_table,
     run_start,
-    turntable_starts,
+    start_estimator,
 )
 from tests.models.test_turntable import equation_10
 
@@ -45,6 +44,11 @@ def trial(configuration: str, estimator: str, start_error_rad: float) -> StartTr
         duration_s / 4,
         settings=settings_read(estimator, QUICK),
     )
+
+
+def all_runs(of: StartTrial, seeds: Iterable[int]) -> list[StartRun]:
+    estimator = start_estimator(of)
+    return [run_start(of, seed, estimator=estimator) for seed in seeds]
 
 
 def true_start(duration_s: float, seed: int) -> Array:
@@ -84,9 +88,9 @@ def test_a_run_started_at_the_truth_converges(
 @pytest.mark.parametrize("estimator", DURATION_S)
 def test_a_gyroscope_alone_does_not_find_the_truth(estimator: str) -> None:
     """It is sensitive to the start: φ stays as wrong as it was, whatever the readings."""
-    result = turntable_starts(trial("gyro", estimator, SIXTY), range(2))
-    assert result.counts == {"converged": 0, "mirror": 0, "lost": 2}
-    for run in result.runs:
+    runs = all_runs(trial("gyro", estimator, SIXTY), range(2))
+    assert [run.outcome for run in runs] == ["lost", "lost"]
+    for run in runs:
         assert run.error[0, 0] == pytest.approx(run.start_error_rad[0], abs=1e-9)
         assert np.abs(run.error[:, 0]).min() > 30 * DEG
 
@@ -97,11 +101,9 @@ def test_a_gyroscope_alone_does_not_find_the_truth(estimator: str) -> None:
 def test_from_sixty_degrees_mirror_runs_are_recognised(estimator: str, configuration: str) -> None:
     """Runs settle where gravity is as measured; with cosφ of the wrong sign, in the mirror."""
     sixty = trial(configuration, estimator, SIXTY)
-    result = turntable_starts(sixty, SIXTY_SEEDS[estimator])
-    assert sum(result.counts.values()) == len(SIXTY_SEEDS[estimator])
-    assert result.counts["mirror"] > 0
-    assert result.counts["converged"] > 0
-    for run in result.runs:
+    runs = all_runs(sixty, SIXTY_SEEDS[estimator])
+    assert {"mirror", "converged"} <= {run.outcome for run in runs} <= set(OUTCOMES)
+    for run in runs:
         assert run.solved_fraction == 1.0
         assert np.abs(run.start_error_rad) == pytest.approx([SIXTY] * 2, rel=1e-12)
         truth = simulate_table(sixty.table, sixty.duration_s, run.seed).truth
@@ -159,53 +161,6 @@ def test_first_step_of_a_linearised_update(seed: int) -> None:
     noise = model.noise_std[0] / 9.81
     off = math.remainder(step - expected, 2 * math.pi)
     assert abs(off) < 5 * noise / abs(np.cos(phi_start))
-
-
-def made_up_run(outcome: str, error: float, mirror_error: float) -> StartRun:
-    """Return a run of three instants whose last two are judged."""
-    size = np.array([[100.0], [1.0], [1.0]]) * np.ones(4)
-    judged = np.array([False, True, True])
-    times = np.arange(3.0)
-    return StartRun(
-        0,
-        np.zeros(2),
-        outcome,
-        times,
-        error * size,
-        mirror_error * size,
-        judged,
-        1.0,
-        np.ones(len(times)),
-    )
-
-
-def test_every_outcome_has_its_own_average() -> None:
-    runs = (
-        made_up_run("converged", 1.0, 9.0),
-        made_up_run("converged", 7.0, 9.0),
-        made_up_run("mirror", 9.0, 3.0),
-        made_up_run("lost", 50.0, 60.0),
-    )
-    result = StartResult(StartTrial("accel", "ekf", SIXTY), ("a", "b", "c", "d"), runs)
-    assert result.counts == {"converged": 2, "mirror": 1, "lost": 1}
-    assert result.converged_rms == pytest.approx([5.0] * 4)  # √((1 + 49) / 2)
-    assert result.mirror_rms == pytest.approx([3.0] * 4)
-    none = StartResult(result.trial, result.state_names, runs[-1:])
-    assert none.converged_rms is None
-    assert none.mirror_rms is None
-
-
-def test_table_of_results() -> None:
-    names = turntable_model(paper_turntable()).state_names
-    runs = (made_up_run("converged", DEG, 9.0), made_up_run("lost", 9.0, 9.0))
-    (row,) = as_table([StartResult(StartTrial("accel+gyro", "ekf", SIXTY), names, runs)]).to_dict(
-        "records"
-    )
-    assert (row["sensors"], row["estimator"]) == ("both", "ekf")
-    assert row["start_error_deg"] == pytest.approx(60)
-    assert [row[outcome] for outcome in OUTCOMES] == [1, 0, 1]
-    assert row["converged_tilt_theta_rate_deg_s"] == pytest.approx(1.0)
-    assert row["mirror_tilt_phi_deg"] is None
 
 
 def test_the_signs_of_a_seed_are_the_same_for_every_size() -> None:

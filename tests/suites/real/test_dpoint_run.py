@@ -107,7 +107,7 @@ def test_a_paper_that_is_off_level_is_levelled() -> None:
 
 
 def test_the_unbiased_pen_differs_in_that_alone() -> None:
-    unbiased, pen = dpoint_run._pen(UNBIASED), dpoint_run._pen(NO_CAMERA)
+    unbiased, pen = (dpoint_run.VARIANTS[case](PEN) for case in (UNBIASED, NO_CAMERA))
     assert pen == LEVEL
     accel = unbiased.sensors["accel"]
     assert (accel.bias_std_m_s2, accel.bias_walk_m_s2_per_sqrt_s) == (0, 0)
