@@ -43,7 +43,7 @@ class FunctionCall:
                     f"{self.function.name()}: argument of shape {value.shape}, "
                     f"expected {buffer.shape}"
                 )
-            buffer.nonzeros[...] = value[buffer.rows, buffer.columns]
+            buffer.take(value)
         self._evaluate()
         return [result.dense() for result in self._outputs]
 
@@ -55,8 +55,19 @@ class _Buffer:
         self.shape = tuple(sparsity.shape)
         self.rows, self.columns = (np.array(index, dtype=int) for index in sparsity.get_triplet())
         self.nonzeros = np.zeros(sparsity.nnz())
+        is_full = sparsity.is_dense()  # then nonzeros are the matrix, column by column
+        self._whole = self.nonzeros.reshape(self.shape, order="F") if is_full else None
+
+    def take(self, matrix: Array) -> None:
+        if self._whole is not None:
+            self._whole[...] = matrix
+        else:
+            self.nonzeros[...] = matrix[self.rows, self.columns]
 
     def dense(self) -> Array:
-        matrix = np.zeros(self.shape)
-        matrix[self.rows, self.columns] = self.nonzeros
+        if self._whole is not None:
+            matrix = self._whole.copy()
+        else:
+            matrix = np.zeros(self.shape)
+            matrix[self.rows, self.columns] = self.nonzeros
         return matrix[:, 0] if self.shape[1] == 1 else matrix

@@ -51,7 +51,9 @@ def pen_model(
     writing_area: bool = True,
     rest: bool = True,
 ) -> StateSpaceModel:
-    """Build the state-space model of a pen with some or all of its sensors.
+    """Return the state-space model of a pen with some or all of its sensors.
+
+    Pens that say the same have one model: its arrays cannot be written to, `replace` gives another.
 
     Parameters
     ----------
