@@ -19,6 +19,7 @@ square of the window: on the D-POINT recording k is 2.3 over 0.2 s, 1.02 over 1 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -64,10 +65,55 @@ def turn_factor(force_time_s: Array, force: Array, rate_time_s: Array, rate: Arr
     return k if correlation >= LEAST_CORRELATION else None
 
 
-def _turns(
+@dataclass(frozen=True)
+class RoughTurn:
+    """What all windows tell of k, however rough the motion in them is.
+
+    Parameters
+    ----------
+    most : RMS(Δ) / RMS(r), which k is about at most: what the hand pushes only adds to Δ
+    correlation : of Δ with r
+    """
+
+    most: float
+    correlation: float
+
+
+def rough_turn(
     force_time_s: Array, force: Array, rate_time_s: Array, rate: Array
+) -> RoughTurn | None:
+    """Return what is left to say where `turn_factor` cannot tell; None without a window.
+
+    Parameters
+    ----------
+    force_time_s, force, rate_time_s, rate : as of `turn_factor`; the median of the rate, which
+        may be all bias, is taken off
+    """
+    if not len(rate):
+        return None
+    steady = rate - np.median(rate, axis=0)
+    turned, predicted = _turns(force_time_s, force, rate_time_s, steady, roughest=np.inf)
+    of_force, of_rate = float((turned**2).sum()), float((predicted**2).sum())
+    if not (of_force > 0 and of_rate > 0):
+        return None
+    both = float((turned * predicted).sum())
+    return RoughTurn(math.sqrt(of_force / of_rate), both / math.sqrt(of_force * of_rate))
+
+
+def _turns(
+    force_time_s: Array,
+    force: Array,
+    rate_time_s: Array,
+    rate: Array,
+    *,
+    roughest: float = GENTLE,
 ) -> tuple[Array, Array]:
-    """Return Δ and r (w, 3) of the module's equations, of every window of gentle motion."""
+    """Return Δ and r (w, 3) of the module's equations, of every window of motion that is gentle.
+
+    Parameters
+    ----------
+    roughest : RMS of |f|/g - 1 in a window that counts
+    """
     norm = np.linalg.norm(force, axis=1)
     if len(rate) == 0 or not norm.any():
         return np.zeros((0, 3)), np.zeros((0, 3))
@@ -93,7 +139,7 @@ def _turns(
             here.stop - here.start < 2  # of times so large that a second is nothing to them
             or _longest_gap_s(t[here], start) > LONGEST_GAP_S
             or _longest_gap_s(rate_time_s[_samples(rate_time_s, start)], start) > LONGEST_GAP_S
-            or np.sqrt(np.mean(is_rough[here] ** 2)) > GENTLE
+            or np.sqrt(np.mean(is_rough[here] ** 2)) > roughest
         ):
             continue
         phase, dt = 2 * np.pi * (t[here] - start) / WINDOW_S, _steps(t[here])

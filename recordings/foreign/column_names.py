@@ -8,8 +8,8 @@ tells sensors of one kind apart: ``left accel x``.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from recordings.foreign.header_units import (
@@ -66,7 +66,7 @@ QUATERNION = MappingProxyType(
 )
 _FILLERS = spelt_words(
     "axis achse axe eje component value val raw data field calibrated reading sensor the "
-    "of to imu msg measured pose with filtered smooth in"
+    "of to imu msg measured pose with filtered smooth in channel ch"
 )
 _NOT_READINGS = spelt_words(
     "covariance cov bias std var variance offset drift temperature temp norm abs absolute "
@@ -74,7 +74,7 @@ _NOT_READINGS = spelt_words(
 )
 _TIME_WORDS = spelt_words(
     "time times timestamp timestamps stamp zeit zeitstempel uhrzeit t elapsed uptime "
-    "temps tiempo tempo datetime date utc epoch epoc ticks tick clock recordtime "
+    "temps tiempo tempo datetime date utc epoch epoc ticks tick clock recordtime recorded "
     "sampletimefine ts fecha hora heure"
 )
 _NO_TIME = spelt_words(
@@ -91,9 +91,18 @@ _SPELT_ALIKE: Mapping[str, Mapping[str, str]] = MappingProxyType(
     }
 )
 """Kind → a unit's name → the one that is meant of it: rates, and gauss for G."""
-_TURNS: Mapping[str, str] = MappingProxyType({"roll": "x", "pitch": "y", "yaw": "z"})
-"""Axis of a rate about it."""
+_TURNS: Mapping[str, str] = MappingProxyType(
+    {"roll": "x", "pitch": "y", "yaw": "z", "alpha": "x", "beta": "y", "gamma": "z"}
+)
+"""Axis of a rate about it; the Greek ones of DeviceMotionEvent's ``rotationRate`` (W3C, Device
+Orientation and Motion): alpha about x, other than that of its orientation."""
+_OF_RATES = spelt_words("rate gyro gyroscope rot")
+_SPEEDS = spelt_words("rate velocity vel speed")
+INCLUDING = spelt_words("including incl")
+"""``accelerationIncludingGravity``, beside which DeviceMotionEvent has one without."""
 _INDEX = re.compile(r"[\[(]([0-3])[\])]\s*$")
+_BEHIND = re.compile(r"[\[({]([^\[\](){}]*)[\])}]\s*$")
+"""Words in brackets that are no unit: ``Acc x (left)``."""
 _GLUED = re.compile(r"^(.+?)([xyz])(\d*)$|^([xyz])([a-z]+)$")
 
 
@@ -126,13 +135,20 @@ def meaning(header: str, context: str = "") -> Meaning | None:
     if index := _INDEX.search(header if unit is None else stem):
         before, written = split_header(index.string[: index.start()])
         stem, unit = f"{before} {'xyzw'[int(index[1])]}", unit or written
+    elif unit is None and (behind := _BEHIND.search(stem)):
+        before_it = meaning(stem[: behind.start()], context)
+        if before_it is not None:
+            more = [before_it.label, *words_of(behind[1])]
+            return replace(before_it, label=" ".join(more).strip())
     words = words_of(stem)
     if not AXIS_OF.keys() & set(words):
         words = [word for part in words for word in _unglued(part)]
-    if _NOT_READINGS & set(words):
+    if _NOT_READINGS & set(words) or ("angle" in words and not _SPEEDS & set(words)):
         return None
-    if "rate" in words or (unit is not None and unit.si == "rad_s"):
+    if _OF_RATES & set(words) or (unit is not None and unit.si == "rad_s"):
         words = [_TURNS.get(word, word) for word in words]
+    if INCLUDING & set(words):
+        words = [word for word in words if word != "gravity"]
     axes = [word for word in words if word in QUATERNION]
     words = [word for word in words if word not in _FILLERS]
     if len(axes) != 1:
@@ -155,19 +171,6 @@ def meaning(header: str, context: str = "") -> Meaning | None:
     if kind == ATTITUDE or axis in AXIS_OF:
         return Meaning(kind, " ".join(label), axis, unit)
     return None
-
-
-def numbered_axes(headers: Sequence[str]) -> dict[str, str]:
-    """Return header → the same with a letter, of columns numbered 1 to 3: ``Acceleration_1``."""
-    found: dict[str, str] = {}
-    for header in headers:
-        if header.endswith("1") and meaning(header) is None:
-            three = {
-                f"{header[:-1]}{k}": f"{header[:-1]}_{axis}" for k, axis in enumerate("xyz", 1)
-            }
-            if set(three) <= set(headers) and f"{header[:-1]}4" not in headers:
-                found |= three
-    return found
 
 
 def unit_of_kind(kind: str, unit: Unit | None) -> Unit | None:

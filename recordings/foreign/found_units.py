@@ -16,15 +16,15 @@ from models.arrays import Array
 from models.units import STANDARD_GRAVITY_M_S2
 from recordings.foreign.header_units import KNOWN_UNITS, Unit
 from recordings.plausible_units import LARGEST_RATE_RAD_S
-from recordings.turn_factor import turn_factor
+from recordings.turn_factor import rough_turn, turn_factor
 
 _DEG = math.pi / 180
 ACCELERATION_UNITS = ("m_s2", "g", "mg", "cm_s2")
 RATE_UNITS = ("rad_s", "deg_s", "mdeg_s")
 WITHIN = 2.0
 """How far from gravity the median of |f| may lie, either way, in a unit."""
-COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 256)
-"""Of 16 bits at 2, 4, 8, 16 g; 1024 and 256 are common of older chips."""
+COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 256, 64)
+"""Of 16 bits at 2, 4, 8, 16 g; 1024 and 256 are common of older chips, 64 is of 8 bits at 2 g."""
 COUNTS_WITHIN = 1.2
 FIELDS, FIELD_WITHIN = ("ut", "gauss", "mgauss", "nt", "t"), 2.5
 """Units of magnetometers, and how far from the Earth's strength the median may lie in one."""
@@ -41,6 +41,10 @@ class FoundUnit:
 
     unit: Unit
     why: str
+
+
+LEAST_OF_FACTOR = 0.3
+"""Part of a unit's factor that `RoughTurn.most` is at least: noise makes it less."""
 
 
 def acceleration_unit(values: Array) -> FoundUnit | None:
@@ -115,7 +119,16 @@ def rate_unit(
         return FoundUnit(best, f"gravity turns {k:.3g} rad for 1 of it{more}")
     known = np.abs(rate[np.isfinite(rate)])
     largest = float(np.quantile(known, 0.99)) if len(known) else 0.0
-    if force_unit.startswith("counts"):
+    in_counts = force_unit.startswith("counts")
+    rough = None if force is None else rough_turn(*force, rate_time_s, rate)
+    if rough is not None:
+        most = rough.most
+        if in_counts:
+            nearest = min(of_counts, key=lambda unit: abs(math.log(unit.factor / most)))
+            units = [*units[:-1], nearest]
+        likely = next((u for u in units if u.factor * LEAST_OF_FACTOR <= most), units[-1])
+        return FoundUnit(likely, f"gravity turns {most:.2g} rad at most for 1 of it")
+    if in_counts:
         return FoundUnit(of_counts[0], "assumed, as the accelerometer is in counts")
     if largest > LARGEST_RATE_RAD_S:
         return FoundUnit(KNOWN_UNITS["deg_s"], f"rates of {largest:.3g} are beyond rad/s")

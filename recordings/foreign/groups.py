@@ -14,7 +14,6 @@ from recordings.foreign.column_names import (
     POSITION,
     kind_of_words,
     meaning,
-    numbered_axes,
     unit_of_kind,
 )
 from recordings.foreign.group import MINUS, POSE, POSE_AXES, TIP, Group
@@ -87,6 +86,21 @@ def groups_of(
             ordered = {axis: headers[axis] for axis in "xyzw" if axis in headers}
             groups.append(Group(kind, label, table, ordered, unit))
     return groups
+
+
+def numbered_axes(headers: Sequence[str]) -> dict[str, str]:
+    """Return header → the same with a letter, of columns numbered from 0 or 1 on:
+    ``Acceleration_1`` to ``Acceleration_3``, ``Accel Channel 0`` to ``Accel Channel 2``.
+    """
+    found: dict[str, str] = {}
+    for header in headers:
+        stem, first = header[:-1], header[-1:]
+        if first in ("0", "1") and meaning(header) is None and header not in found:
+            three = {f"{stem}{int(first) + k}": f"{stem}_{axis}" for k, axis in enumerate("xyz")}
+            around = {f"{stem}{int(first) + k}" for k in (-1, len(three))}
+            if set(three) <= set(headers) and not around & set(headers):
+                found |= three
+    return found
 
 
 def _own(

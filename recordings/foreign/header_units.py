@@ -54,13 +54,14 @@ KNOWN_UNITS: Mapping[str, Unit] = MappingProxyType(
 
 _SPELLINGS: Mapping[str, str] = MappingProxyType(
     {
-        "m_s2": "m/s2 m/s/s ms-2 mps2 mpss m_s2 m_s_2 m/ss meters/s2 metre/s2 m/sec2",
-        "g": "g gs gforce g-force gn",
+        "m_s2": "m/s2 m/s/s ms-2 mps2 mpss m_s2 m_s_2 m_s_s m/ss ms2 meters/s2 metre/s2 m/sec2",
+        "g": "g gs g's gforce g-force gn",
         "mg": "mg milli-g millig mgs milligs",
         "cm_s2": "cm/s2 cm_s2 gal cms-2",
         "mm_s2": "mm/s2 mm_s2 mms-2",
-        "rad_s": "rad/s rad_s rads rads-1 rad.s-1 radps rps radian/s radians/s rad/sec",
-        "deg_s": "deg/s deg_s degs degs-1 dps degree/s degrees/s deg/sec grad/s d/s",
+        "rad_s": "rad/s rad_s rads rads-1 radps rps radian/s radians/s rad/sec",
+        "deg_s": "deg/s deg_s degs degs-1 dps degree/s degrees/s deg/sec grad/s d/s "
+        "degree/second degrees/second",
         "mdeg_s": "mdps mdeg/s mdeg_s millideg/s",
         "mrad_s": "mrad/s mrad_s",
         "rpm": "rpm 1/min",
@@ -88,7 +89,7 @@ _BY_SPELLING: Mapping[str, str] = MappingProxyType(
 )
 _ONLY_IN_BRACKETS: Mapping[str, str] = MappingProxyType({"T": "t"})
 """A word of its own is a name for times."""
-_CHARACTERS = str.maketrans("²µμ−⁻¹", "2uu--1", "·*^ ()")
+_CHARACTERS = str.maketrans("²µμ−⁻¹", "2uu--1", ".·*^ ()")
 _DEGREES = str.maketrans({"°": "deg", "º": "deg", "˚": "deg"})
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\)|\s[iI]n\s+(\S+)\s*$")
 _ENDS_IN_BRACKETS = re.compile(r"[\])]\s*$")
@@ -101,6 +102,7 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "陀螺仪": "gyroscope", "磁场": "magnetic field", "地磁": "magnetic", "磁気": "magnetic",
         "时间": "time", "時間": "time", "時刻": "time", "가속도": "acceleration",
         "각속도": "angular velocity", "자이로": "gyroscope", "지자기": "magnetic", "시간": "time",
+        "ω": "omega",
     }
 )  # fmt: skip
 """Words without Latin letters, longer ones first → those that `recordings.foreign.column_names`

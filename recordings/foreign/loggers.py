@@ -60,6 +60,10 @@ LOGGERS: tuple[Logger, ...] = (
         "developer.apple.com/documentation/coremotion: total = gravity + userAcceleration, g",
     ),
     Logger(
+        "DeviceMotionEvent of a browser", r"rotationRate\W?alpha",
+        {**_SI, GYROSCOPE: "deg_s"}, 1.0, "w3.org/TR/orientation-event: m/s2, deg/s",
+    ),
+    Logger(
         "Sensor Logger on an Apple Watch", r"seconds_elapsed.*gravityX.*accelerationX",
         _APPLE, -1.0,
         "awesome-sensor-logger/CROSSPLATFORM.md: signs as CoreMotion's; its g of motion",

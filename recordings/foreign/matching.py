@@ -14,7 +14,7 @@ import numpy as np
 
 from models.pen_config import PenConfig
 from models.units import STANDARD_GRAVITY_M_S2
-from recordings.foreign.column_names import ACCELEROMETER, GRAVITY, LINEAR
+from recordings.foreign.column_names import ACCELEROMETER, GRAVITY, INCLUDING, LINEAR
 from recordings.foreign.found_units import WITHIN, acceleration_unit
 from recordings.foreign.group import Group
 from recordings.foreign.header_units import words_of
@@ -51,8 +51,12 @@ def matched(groups: Sequence[Group], pen: PenConfig) -> Matched:
         taken = paired(free, candidates, sensors)
         if len(candidates) > len(taken):
             left = [g for g in candidates if g not in taken.values()]
+            tables = {g.table for g in taken.values()}
+            names = [
+                g.columns() + ("" if g.table in tables else f" of {g.table.name}") for g in left
+            ]
             said.append(
-                f"{len(candidates)} {kind}s in the file: {', '.join(g.columns() for g in left)} "
+                f"{len(candidates)} {kind}s in the file: {', '.join(names)} "
                 f"not used (--columns {free[0]}=… takes others)"
             )
         sensors |= {name: replace(group, sensor=name) for name, group in taken.items()}
@@ -87,9 +91,10 @@ def _sums(lacking: Sequence[Group], groups: Sequence[Group]) -> list[Group]:
     ]
 
 
-def _rank(group: Group) -> tuple[bool, bool, bool]:
+def _rank(group: Group) -> tuple[bool, ...]:
     words = words_of(f"{group.label} {group.table.name}")
     return (
+        not INCLUDING & set(words_of(group.label)),
         group.kind == LINEAR,
         group.added is not None,
         any(word.startswith("uncal") for word in words),

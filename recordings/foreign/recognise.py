@@ -27,6 +27,8 @@ from recordings.foreign.loggers import logger_of
 from recordings.foreign.long_tables import unstacked
 from recordings.foreign.matching import Matched, matched
 from recordings.foreign.named_columns import check_canonical, columns_asked
+from recordings.foreign.nameless import named_by_data
+from recordings.foreign.placeholders import without_placeholders
 from recordings.foreign.readings import merged, recording_of_clock
 from recordings.foreign.scales import Scale, check_asked, is_checked, scales_of
 from recordings.foreign.source_table import SourceTable
@@ -52,6 +54,9 @@ def recording_of_tables(
     """
     told = Remarks()
     tables = [part for table in tables for part in unstacked(table)]
+    if asked.header is None and not asked.columns.keys() - {TIME}:
+        tables = [named_by_data(table) for table in tables]
+    tables = [without_placeholders(table) for table in tables]
     for table in tables:
         told.notes += [f"{table.name}: {sentence}" for sentence in table.said]
         told.repairs += [f"{table.name}: {sentence}" for sentence in table.repairs]

@@ -179,7 +179,7 @@ def _header(
             break
         above.insert(0, cells)
         i -= 1
-        if len(above) > 1 and not _explains(above[1]):
+        if len(above) > 1 and not (_explains(above[1]) or _tells_apart(*above[:2])):
             above.pop(0)
             i += 1
             break
@@ -205,6 +205,11 @@ def _explains(cells: Sequence[str]) -> bool:
     told = [cell.strip("[] ") for cell in cells if cell.strip("[]() -")]
     known = sum(unit_of(cell.strip("()")) is not None or cell.casefold() in _AXES for cell in told)
     return known > 0.5 * len(told)
+
+
+def _tells_apart(upper: Sequence[str], lower: Sequence[str]) -> bool:
+    """Whether names come twice, and a line above says of which sensor each is."""
+    return len(set(lower)) < len(lower) == len(set(zip(upper, lower, strict=True)))
 
 
 def _joined(name: str, cell: str) -> str:

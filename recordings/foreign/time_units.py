@@ -27,10 +27,15 @@ EPOCHS_S: Mapping[str, float] = MappingProxyType(
 CENTURY_S = (946_684_800.0, 4_102_444_800.0)
 """2000 to 2100, from 1970."""
 _RATE = re.compile(
-    r"(?:(?:update|sampl\w*|output|data|frame)[ _]*(?:rate|freq\w*)\D{0,20}?"
+    r"(?:(?:update|sampl\w*|output|data|frame|measurement)[ _]*(?:rate|freq\w*)\D{0,20}?"
+    r"|\b(?:fs|odr|sps|freq\w*|rate)(?:[_ (\[]*hz)?\W{1,5}"
     r"|^(?:Trajectories|Segments|Joints|Model Outputs|Devices)\s*$\s*)(\d+(?:[.,]\d+)?)",
     re.IGNORECASE | re.MULTILINE,
 )
+_INTERVAL = re.compile(
+    r"(?:interval|period)(?:[_ (\[]*(m|u|µ)?s\b)?\W{1,5}(\d+(?:[.,]\d+)?)", re.IGNORECASE
+)
+_PER_S: Mapping[str, float] = MappingProxyType({"m": 1e3, "u": 1e6, "µ": 1e6})
 
 
 def check_time_unit(header: str, unit: Unit, time_s: Array, where: str) -> None:
@@ -65,10 +70,15 @@ def check_time_unit(header: str, unit: Unit, time_s: Array, where: str) -> None:
 def preamble_rate_hz(preamble: str) -> float | None:
     """Return the rate that the lines above a header give, as Xsens' ``// Update Rate: 100.0Hz``.
 
-    Vicon's Nexus has it alone below the name of what it exports.
+    Vicon's Nexus has it alone below the name of what it exports; Edge Impulse writes
+    ``interval_ms``.
     """
-    found = _RATE.search(preamble)
-    return None if found is None else float(found[1].replace(",", ".")) or None
+    if (found := _RATE.search(preamble)) is not None:
+        return float(found[1].replace(",", ".")) or None
+    if (found := _INTERVAL.search(preamble)) is not None and found[1] is not None:
+        interval = float(found[2].replace(",", "."))
+        return _PER_S[found[1].casefold()] / interval if interval > 0 else None
+    return None
 
 
 def found_unit(name: str, raw: Stamped, rate_hz: float | None) -> Unit:

@@ -27,6 +27,7 @@ def check_cells(
     limits: Sequence[str] = WHOLE,
     delimiters: bytes = b",",
     start: int = 0,
+    above: int = 0,
 ) -> bool:
     """Return whether a cell may begin with a blank.
 
@@ -35,6 +36,7 @@ def check_cells(
     limits : of the rows; none where they are not kept
     delimiters : each separates cells
     start : of the text in the file
+    above : lines of the text that stand in front of that, for messages
 
     Raises
     ------
@@ -53,7 +55,7 @@ def check_cells(
             gaps, ends = _gaps(piece, since, delimiters + b"\r\n")
             if (length := int(gaps.max())) > longest:
                 begin = int(ends[gaps.argmax() - 1]) + 1 if gaps.argmax() else 0
-                line = rows + 1 + piece.count(b"\n", 0, begin)
+                line = above + rows + 1 + piece.count(b"\n", 0, begin)
                 check_most("cell_bytes", length, f"{where}: line {line} of the file")
         last = max(piece.rfind(mark) for mark in (delimiters[:1], delimiters[-1:], b"\n", b"\r"))
         since = len(piece) - 1 - last if last >= 0 else since + len(piece)

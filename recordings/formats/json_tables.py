@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -16,16 +17,17 @@ import pandas as pd
 from models.errors import InputError
 from models.limits import check_most
 from models.parsed import json_data
+from models.shown_text import short
 from recordings.foreign.source_table import SourceTable
 from recordings.foreign.spelt_numbers import respelt
 from recordings.foreign.told import counted
+from recordings.formats.json_shapes import Row, Samples, samples_of, unpacked
 from recordings.formats.unpacked import open_text
 
 JSON_SUFFIXES = (".json", ".jsonl", ".ndjson")
 EXPECTED = "JSON with an object for each sample"
 MOST_CHATTER = 0.2
 """Part of the lines that may be no objects."""
-_Row = dict[str, Any]
 
 
 def read_json_table(
@@ -43,35 +45,57 @@ def read_json_table(
         data = file.read()
     check_most("json_bytes", len(data), where)
     rows, left_out = _of_lines(data, where)
-    if not rows:
-        rows = _samples(json_data(data, where, expected=EXPECTED))
-    if not rows:
+    found = [Samples("", unpacked(rows, where))] if rows else []
+    if not found:
+        found = samples_of(json_data(_plain(data), where, expected=EXPECTED), where)
+    if not found:
         raise InputError(f"{where}: holds no samples, expected {EXPECTED}")
-    check_most("rows", len(rows), where)
-    flat = [dict(_flat(row)) for row in rows]
-    names = dict.fromkeys(name for row in flat for name in row)
-    check_most("columns", len(names), where)
-    for name in names:
-        check_most("cell_bytes", len(name), f"{where}: a key")
-    check_most("values", len(names) * len(rows), where)
-    frame = respelt(pd.DataFrame(flat, columns=list(names)), ".")
+    check_most("rows", sum(len(one.rows) for one in found), where)
     repairs = (f"{counted(left_out, 'line')} left out, no object",) if left_out else ()
-    return [SourceTable(path.name, frame.infer_objects(), repairs=repairs)]
+    return [
+        SourceTable(
+            path.name if len(found) == 1 else f"{path.name} ({short(one.name)})",
+            _frame(one.rows, where, names=None if one.has_names else header),
+            one.beside.strip(),
+            repairs=repairs,
+            has_header=one.has_names,
+        )
+        for one in found
+    ]
+
+
+def _frame(rows: list[Row], where: str, *, names: Sequence[str] | None) -> pd.DataFrame:
+    """Return a table with a column for each key, or with names that somebody says."""
+    flat = [dict(_flat(row)) for row in rows]
+    keys = dict.fromkeys(name for row in flat for name in row)
+    check_most("columns", len(keys), where)
+    for key in keys:
+        check_most("cell_bytes", len(key), f"{where}: a key")
+    check_most("values", len(keys) * len(rows), where)
+    frame = respelt(pd.DataFrame(flat, columns=list(keys)), ".").infer_objects()
+    return frame if names is None else frame.rename(columns=dict(zip(keys, names, strict=False)))
 
 
 def is_json(line: str) -> bool:
-    """Whether a line begins as an object with a key does."""
-    return line.lstrip().startswith('{"')
+    """Whether a line begins as an object with a key does, in JSON or as Python prints it."""
+    return line.lstrip().startswith(('{"', "{'"))
 
 
-def _of_lines(data: bytes, where: str) -> tuple[list[_Row], int]:
+def _plain(data: bytes) -> bytes:
+    """Return what Python prints of a dictionary, or a list of them, as JSON."""
+    if not data.lstrip().startswith((b"{'", b"[{'")):
+        return data
+    return re.sub(rb"\bNone\b|\bnan\b", b"null", data.replace(b"'", b'"'))
+
+
+def _of_lines(data: bytes, where: str) -> tuple[list[Row], int]:
     """Return the objects of lines, and how many others there are; nothing where it is one text."""
-    lines = [line for line in data.splitlines() if line.strip()]
+    lines = [_plain(line) for line in data.splitlines() if line.strip()]
     with suppress(InputError):  # at once: a line of its own costs ten times as much
         whole = json_data(b"[" + b",".join(lines) + b"]", where)
         if len(whole) == len(lines) > 1 and all(isinstance(row, dict) for row in whole):
             return whole, 0
-    rows: list[_Row] = []
+    rows: list[Row] = []
     for number, line in enumerate(lines):
         try:
             row = json_data(line, where)
@@ -83,22 +107,6 @@ def _of_lines(data: bytes, where: str) -> tuple[list[_Row], int]:
             return [], 0
     is_one = len(rows) < 2 or len(lines) - len(rows) > MOST_CHATTER * len(lines) + 1
     return ([], 0) if is_one else (rows, len(lines) - len(rows))
-
-
-def _samples(data: Any) -> list[_Row]:
-    """Return the objects of the longest list in a text, or those that lists of numbers make."""
-    if isinstance(data, list):
-        rows = [row for row in data if isinstance(row, dict)]
-        return rows if len(rows) > 0.5 * len(data) else []
-    if not isinstance(data, dict):
-        return []
-    found = [_samples(value) for value in data.values()]
-    if (longest := max(found, key=len, default=[])) and len(longest) > 1:
-        return longest
-    lists = {key: value for key, value in data.items() if isinstance(value, list)}
-    n = max(map(len, lists.values()), default=0)
-    columns = {key: value for key, value in lists.items() if len(value) == n > 1}
-    return [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
 
 
 def _flat(row: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

@@ -6,16 +6,28 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import BinaryIO
 
 from recordings.formats.bracketed_vectors import bracketed_form
+from recordings.formats.ended_lines import ended_form
 from recordings.formats.i2cdev_lines import i2cdev_form
+from recordings.formats.influx_lines import influx_form
 from recordings.formats.printed_blocks import block_form
+from recordings.formats.sentences import sentence_form
 from recordings.formats.serial_lines import LineForm, labelled_form
+from recordings.formats.start_and_rate import start_and_rate_form
+from recordings.formats.teleplot_lines import teleplot_form
 from recordings.formats.unpacked import spooled
+from recordings.formats.yaml_records import yaml_form
 
 LINE_FORMS: tuple[Callable[[Sequence[str]], LineForm | None], ...] = (
+    start_and_rate_form,
+    teleplot_form,
+    yaml_form,
+    influx_form,
     block_form,
     i2cdev_form,
     bracketed_form,
+    sentence_form,
     labelled_form,
+    ended_form,
 )
 """Each returns its form of lines, the first of a text, or None; the first form counts."""
 

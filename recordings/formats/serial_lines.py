@@ -26,7 +26,12 @@ _NUMBER = re.compile(
 )
 _KEY = re.compile(r"[A-Za-z_][^:=]{0,40}[:=]\s*$|[A-Za-z_]\s*[:=]\s*$")
 _WORD = re.compile(r"[A-Za-z]")
-_PREFIX = re.compile(rf"\s*({_TIME_OF_DAY})\s*->\s?(.*)", re.DOTALL)
+_DATE = r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}"
+CLOCK = (
+    rf"\s*(?:(?P<clock>{_TIME_OF_DAY})\s*->|\[(?P<bracketed>(?:{_DATE}[ T])?{_TIME_OF_DAY})\])\s?"
+)
+"""The time that a terminal puts in front: Arduino's, and those that put it in brackets."""
+_PREFIX = re.compile(rf"{CLOCK}(?P<rest>.*)", re.DOTALL)
 _ESP_LOG = re.compile(r"^[EWIDV] \($")
 _AXES = "xyzw"
 _OPEN = " \t,;|>"
@@ -93,7 +98,7 @@ class Stamped:
         """See `LineForm`."""
         for line in lines:
             found = _PREFIX.fullmatch(line)
-            yield f"{found[1]}{self.delimiter}{found[2]}" if found else line
+            yield f"{clock_of(found)}{self.delimiter}{found['rest']}" if found else line
 
 
 def labelled_form(lines: Sequence[str]) -> LineForm | None:
@@ -101,13 +106,13 @@ def labelled_form(lines: Sequence[str]) -> LineForm | None:
     form = _labelled(lines)
     if form is not None:
         dialect = sniffed(lines)
-        if _is_plain(dialect):
+        if is_plain(dialect):
             return None
         keys = sum(_KEY.search(label) is not None for label in form.labels)
         if keys >= LEAST_KEYS or sum(map(_names_a_kind, form.labels)) >= LEAST_KEYS:
             return form
     found = [_PREFIX.fullmatch(line) for line in lines]
-    rests = [one[2] for one in found if one is not None]
+    rests = [one["rest"] for one in found if one is not None]
     if len(rests) > LEAST_ALIKE * len(lines):
         dialect = sniffed(rests)
         if dialect is not None:
@@ -116,7 +121,7 @@ def labelled_form(lines: Sequence[str]) -> LineForm | None:
     return None
 
 
-def _is_plain(dialect: Dialect | None) -> bool:
+def is_plain(dialect: Dialect | None) -> bool:
     """Whether lines are a table with a header as they stand."""
     return dialect is not None and dialect.header is not None
 
@@ -133,6 +138,11 @@ def _labelled(lines: Sequence[str]) -> Labelled | None:
         return None
     end = next(end for labels, _, end in split if labels == most)
     return Labelled(names_of(most, end), most)
+
+
+def clock_of(found: re.Match[str]) -> str:
+    """Return the time that `CLOCK` found in front of a line; nothing where it is optional."""
+    return found["clock"] or found["bracketed"] or ""
 
 
 def split_line(line: str) -> tuple[tuple[str, ...], list[str], str]:
@@ -159,10 +169,12 @@ def names_of(labels: Sequence[str], end: str) -> tuple[str, ...]:
         if names and unit_of(unit) is not None and (rest or len(unit) > 1):  # of those in front
             names[first:] = [f"{name} [{unit}]" for name in names[first:]]
             words = rest
+        if not words and not stem and names and names[-1] == "w":  # of ``a=(…) w=(…)``
+            stem = "w"
         if _ESP_LOG.fullmatch(label):
             names.append("time [ms]")
             stem, first = "", len(names)
-        elif words.casefold() in tuple(_AXES) and stem:
+        elif words.casefold() in tuple(_AXES) and stem and not (words == "w" and axis):
             names.append(f"{stem} {words}")
         elif _WORD.search(words):
             stem, _, last = words.rpartition(" ")

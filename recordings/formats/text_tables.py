@@ -30,7 +30,7 @@ from recordings.formats.json_tables import is_json, read_json_table
 from recordings.formats.line_forms import line_form, rewritten
 from recordings.formats.unpacked import open_text
 
-TEXT_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".tab", ".mtb")
+TEXT_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".tab", ".mtb", ".yaml", ".yml")
 EXPECTED = "a table of numbers"
 MOST_CHATTER = 0.2
 """Part of a file's lines that may be no rows of it."""
@@ -81,7 +81,11 @@ def read_text_table(
         file.seek(start)
         delimiters = b" \t" if dialect.delimiter == " " else dialect.delimiter.encode()
         check_most("columns", dialect.columns, where)
-        blanks = check_cells(file, dialect.columns, where, delimiters=delimiters, start=start)
+        file.seek(start)
+        above = dialect.first_line if _at_line(file, dialect.first_line) else 0
+        blanks = check_cells(
+            file, dialect.columns, where, delimiters=delimiters, start=file.tell(), above=above
+        )  # a comment above the rows may be longer than a cell
         file.seek(start)
         frame, longer = _frame(file, dialect, names, where, blanks=blanks)
     frame, short = _without_chatter(respelt(frame, dialect.decimal))

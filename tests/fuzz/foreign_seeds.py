@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+from collections.abc import Iterator
 from functools import cache
 
 SPLIT = b"\n---8<---\n"
@@ -35,7 +36,25 @@ def foreign() -> tuple[bytes, ...]:
         f"时间(ms),加速度X(g),加速度Y(g),加速度Z(g)\n{plain}".encode("gb18030"),
         json_lines(),
         gzip.compress(plain.encode()),
+        *_of_lines(),
     )
+
+
+def _of_lines() -> Iterator[bytes]:
+    """Yield lines with a form of their own, and rows of one number."""
+    numbers = [(10 * k, f"{s}{a}", k) for k in range(6) for s in "ag" for a in "xyz"]
+    yield "".join(f">{name}:{t}:{value}§g|n\n" for t, name, value in numbers).encode()
+    yield ("t,name,value\n" + "".join(f"{t},{n},{v}\n" for t, n, v in numbers)).encode()
+    yield "".join(
+        f"stamp:\n  sec: {k}\n  nanosec: 5\nacceleration:\n  x: {k}.5\n  y: 1\n  z: 9\n---\n"
+        for k in range(6)
+    ).encode()
+    yield "".join(f"imu,of=pen ax={k}.1,ay=0,az=9.8 17{k:017d}\n" for k in range(6)).encode()
+    yield "".join(f"12:00:0{k} -> $VNMAR,1,2,3,0,{k},9.8,0.1,{k},0*5A\n" for k in range(6)).encode()
+    yield ("1793714709,1793714709,1793714709\n32,32,32\n" + "1,2,63\n" * 6).encode()
+    yield "".join(f"33,{10 * k},0.1,{k},9.8;\n" for k in range(6)).encode()
+    yield ("imu_id,t,ax,ay,az\n" + "".join(f"{k % 2},{k},0,{k},-999\n" for k in range(44))).encode()
+    yield "".join(f"{10 * k},{k % 7},0,9.8,{k % 5},1,2\n" for k in range(110)).encode()
 
 
 def json_lines() -> bytes:
@@ -43,6 +62,24 @@ def json_lines() -> bytes:
         {"ts": 10 * k, "acc": [0.1, k / 9, 9.8], "gyr": {"x": k, "y": 0, "z": 1}} for k in range(6)
     ]
     return "\n".join(map(json.dumps, rows)).encode()
+
+
+def json_shapes() -> tuple[bytes, ...]:
+    """JSON of other shapes: of packets, columns, rows beside their names, a sensor each."""
+    vectors = [{"x": 0.1, "y": k, "z": 9.8} for k in range(6)]
+    rows = [[0.1, k, 9.8] for k in range(6)]
+    named = {"sensors": [{"name": f"acc{a}", "units": "m/s2"} for a in "XYZ"], "values": rows}
+    packets = [{"IMU6": {"Timestamp": k, "ArrayAcc": vectors, "ArrayGyro": rows}} for k in range(3)]
+    shapes = (
+        {"payload": {"interval_ms": 10, **named}},
+        {"fs": 100, "acc": rows, "gyro": {a: list(range(6)) for a in "xyz"}},
+        {"accelerometer": vectors, "gyroscope": vectors, "t": list(range(6))},
+        [{"topic": "pen", "payload": json.dumps({"t": k, "acc": rows[k]})} for k in range(6)],
+        packets,
+        rows,
+    )
+    printed = "\n".join(str({"t": k, "acc": row}) for k, row in enumerate(rows)).encode()
+    return (*(json.dumps(shape).encode() for shape in shapes), printed)
 
 
 def _motive() -> str:

@@ -25,7 +25,15 @@ from models.pen_file import load_pen
 from recordings.formats.columns import TRUTH_PREFIX
 from recordings.formats.tables import recording_to_table
 from recordings.simulate_pen import simulate
-from tests.fuzz.foreign_seeds import NINE_AXES, SPLIT, foreign, json_lines, merged, truths
+from tests.fuzz.foreign_seeds import (
+    NINE_AXES,
+    SPLIT,
+    foreign,
+    json_lines,
+    json_shapes,
+    merged,
+    truths,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 CORPUS = Path(__file__).resolve().parent / "corpus"
@@ -165,7 +173,11 @@ def seeds(target: str) -> tuple[bytes, ...]:
         "asked": (b"accel=ax,-ay,az;time=millis", b"a,b,c", b"time=100Hz", b"=gyro=g/16384"),
         "truth": truths(),
         "merged": (merged(),),
-        "json": (json_lines(), b'{"samples": [' + b",".join(json_lines().split(b"\n")) + b"]}"),
+        "json": (
+            json_lines(),
+            b'{"samples": [' + b",".join(json_lines().split(b"\n")) + b"]}",
+            *json_shapes(),
+        ),
         "checked": foreign(),
         "turntable": turntables,
         "claims": (claims,),

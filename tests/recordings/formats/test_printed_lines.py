@@ -136,10 +136,11 @@ def test_vectors(tmp_path: Path, opened: str, between: str, header: bool) -> Non
 
 
 def test_vectors_alone(tmp_path: Path) -> None:
-    """Without times and names they are asked for both."""
+    """Without times and names what they read shows, and the rate is asked for."""
     lines = [f"[{a[0]}, {a[1]}, {a[2]}],[{w[0]}, {w[1]}, {w[2]}]"
              for a, w in zip(FORCE, RATE, strict=True)]  # fmt: skip
     path = written(tmp_path, "\n".join(lines))
-    with pytest.raises(InputError, match="columns by their numbers"):
+    with pytest.raises(InputError, match='"time=100Hz" for rows at that rate'):
         read(path)
+    check(read(path, columns="time=100Hz"))
     check(read(path, columns="accel=1,2,3;gyro=4,5,6;time=100Hz"))
