@@ -29,7 +29,7 @@ class Exclusive:
     def __init__(self, *parts: Any, **options: Any) -> None:
         self._again = partial(type(self), *parts, **options)
         inner = parts[0]
-        self._turn = inner._turn if isinstance(inner, Exclusive) else threading.RLock()
+        self._turn: Any = inner._turn if isinstance(inner, Exclusive) else threading.RLock()
 
     def __reduce__(self) -> tuple[Callable[[], Any], tuple[()]]:
         return self._again, ()
@@ -41,7 +41,9 @@ def in_turn(
     """Make a method wait until no other thread is in one of the same estimator."""
 
     @wraps(method)
-    def waiting(self: ExclusiveT, *args: ParametersT.args, **kwargs: ParametersT.kwargs) -> ResultT:
+    def waiting(
+        self: ExclusiveT, /, *args: ParametersT.args, **kwargs: ParametersT.kwargs
+    ) -> ResultT:
         with self._turn:
             return method(self, *args, **kwargs)
 

@@ -102,7 +102,9 @@ def _by_name(
     covariance[index, :] = 0.0
     covariance[:, index] = 0.0
     covariance[index, index] = stds**2
-    return GaussianState(mean, np.asarray(covariance))
+    found = GaussianState(mean, np.asarray(covariance))
+    check_prior(model, found, len(states))
+    return found
 
 
 def _shortly(given: Any) -> str:

@@ -20,7 +20,7 @@ Spread = tuple[Matrix, Matrix]
 """Mean (n_x,), and deviations (n_x,) or covariance (n_x, n_x); a number is the same for all."""
 
 ROUNDING = 1e-9
-"""Of a covariance's largest entry: how far it may be from symmetric and semidefinite."""
+"""Of the deviations of two states: how far their covariance may be from (semi-)definite."""
 
 
 def matrix(where: str, what: str, given: Matrix, shape: tuple[int | None, int | None]) -> Array:
@@ -62,12 +62,14 @@ def covariance(where: str, what: str, given: Matrix, n: int, *, is_definite: boo
     if np.ndim(given) == 0:
         given = np.eye(n) * numbers(given, f"{where}: {what}", "a number")
     P = matrix(where, what, given, (n, n))
-    scale = np.abs(P).max()
-    if np.abs(P - P.T).max() > ROUNDING * scale:
+    size = np.sqrt(np.abs(np.diag(P)))
+    unit = np.where(size > 0, size, 1.0)  # an entry is judged in the units of its states
+    correlation = P / np.outer(unit, unit)
+    if np.abs(correlation - correlation.T).max() > ROUNDING:
         raise InputError(f"{where}: {what} is not symmetric, expected a covariance")
     P = np.asarray((P + P.T) / 2)
-    least = float(np.linalg.eigvalsh(P).min())
-    if least < -ROUNDING * scale or (is_definite and least <= 0):
+    least = float(np.linalg.eigvalsh((correlation + correlation.T) / 2).min())
+    if least < -ROUNDING or (is_definite and least <= 0):
         kind = "definite" if is_definite else "semidefinite"
         raise InputError(f"{where}: {what} is not positive {kind}, expected a covariance")
     return P

@@ -68,6 +68,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "texts": (GaussianState(["a", "b"], P), "mean: list that holds no numbers, expected"),
     "another type": (([0, 0], P), "prior is of type tuple, expected a GaussianState or state"),
     "unknown": ({"c_m": (0, 1)}, "the prior's state c_m is unknown, expected one of a_m, b_m"),
+    "too well known": ({"a_m": (0, 1e-300)}, "covariance is not positive definite"),
     "no deviation": ({"a_m": 1.0}, r"state a_m starts from 1.0, expected \(mean, positive"),
     "negative": ({"a_m": (0, -1)}, r"state a_m starts from \(0, -1\), expected \(mean, positive"),
 }  # fmt: skip

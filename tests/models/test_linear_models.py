@@ -224,6 +224,10 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "D": ({"B": [0, 1], "D": [[1, 2]]}, r"D has shape \(1, 2\), expected \(1, 1\)"),
     "no noise": ({"Q": None}, r"neither Q nor G, expected one \(Q=0 has no noise\)"),
     "Q": ({"Q": np.eye(3)}, r"Q has shape \(3, 3\), expected \(2, 2\)"),
+    "Q of a large state and a small one": (
+        {"Q": [[1e10, 2e2], [2e2, 1e-6]]},
+        "Q is not positive semidefinite, expected a covariance",
+    ),
     "Q asymmetric": ({"Q": [[1, 1], [0, 1]]}, "Q is not symmetric, expected a covariance"),
     "Q negative": ({"Q": -1.0}, "Q is not positive semidefinite"),
     "Q with G": ({"G": [0, 1], "Q": np.eye(2)}, r"Q has shape \(2, 2\), expected \(1, 1\)"),
