@@ -45,20 +45,19 @@ from models.given_prior import Prior
 from models.state_space import StateSpaceModel
 
 
-class WindowLoop:
-    """What both estimators are made of: slide, solve, fall back, read the result.
+class RealTimeMhe:
+    """What both estimators share: slide, solve, fall back, read the result.
 
     Parameters
     ----------
-    name : of the estimator whose loop it is
     config : its settings; their scheme says which passes are made
     clock : of `WindowConfig.deadline_s`; None is the machine's own
     """
 
-    def __init__(
-        self, name: str, model: StateSpaceModel, config: RealTimeConfig, clock: Clock | None
-    ) -> None:
-        self.name, self.model, self.config = name, model, config
+    name: str
+
+    def __init__(self, model: StateSpaceModel, config: RealTimeConfig, clock: Clock | None) -> None:
+        self.model, self.config, self.lags = model, config, config.lags
         memory = window_memory(model, self.config.horizon + 1)
         self.engine = chosen(
             lambda: CompiledWindow(model, self.config, memory, clock),
@@ -69,7 +68,7 @@ class WindowLoop:
         self._fallback = Fallback(model, self.config, memory, self._reader.layout)
         self._times, self._x = memory.slices["times"].start, memory.slices["x"].start
 
-    def start(self, prior: Prior | None = None) -> WindowState:
+    def init(self, prior: Prior | None = None) -> WindowState:
         """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
         return first_window(self.model, self.config, self.engine.memory, prior)
 
@@ -126,6 +125,46 @@ class WindowLoop:
             results.append(result)
         return memory, np.array(results)
 
+
+class MheRti(RealTimeMhe):
+    """Real-time iteration: one Gauss-Newton pass per sample.
+
+    Parameters
+    ----------
+    clock : of `MheRtiConfig.deadline_s`; the machine's own by default
+    """
+
+    name = "mhe-rti"
+
+    def __init__(
+        self,
+        model: StateSpaceModel,
+        config: MheRtiConfig | None = None,
+        *,
+        clock: Clock | None = None,
+    ) -> None:
+        super().__init__(model, checked_config(self.name, config, MheRtiConfig), clock)
+
+
+class Mhe(RealTimeMhe):
+    """Passes to convergence, with a line search.
+
+    Parameters
+    ----------
+    clock : of `MheConfig.deadline_s`; the machine's own by default
+    """
+
+    name = "mhe"
+
+    def __init__(
+        self,
+        model: StateSpaceModel,
+        config: MheConfig | None = None,
+        *,
+        clock: Clock | None = None,
+    ) -> None:
+        super().__init__(model, checked_config(self.name, config, MheConfig), clock)
+
     def solve(
         self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
     ) -> WindowSolution:
@@ -156,95 +195,3 @@ class WindowLoop:
         )
         cost = float(self._reader.layout.view(result, "cost"))
         return WindowSolution(found, estimate.state, cost, estimate.status, estimate.iterations)
-
-
-class MheRti:
-    """Real-time iteration: one Gauss-Newton pass per sample.
-
-    Parameters
-    ----------
-    clock : of `MheRtiConfig.deadline_s`; the machine's own by default
-    """
-
-    name = "mhe-rti"
-
-    def __init__(
-        self,
-        model: StateSpaceModel,
-        config: MheRtiConfig | None = None,
-        *,
-        clock: Clock | None = None,
-    ) -> None:
-        self.model, self.config = model, checked_config(self.name, config, MheRtiConfig)
-        self.lags = self.config.lags
-        self._loop = WindowLoop(self.name, model, self.config, clock)
-        self.engine, self.told = self._loop.engine, self._loop.told  # what makes steps, and of them
-
-    def init(self, prior: Prior | None = None) -> WindowState:
-        """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
-        return self._loop.start(prior)
-
-    def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
-        """Slide the window onto the measurement and make one pass."""
-        return self._loop.step(state, measurement)
-
-    def batch(
-        self,
-        state: WindowState,
-        time_s: Array,
-        y: Array,
-        *,
-        covariances: bool = False,
-        on_progress: Callable[[int], None] | None = None,
-    ) -> tuple[WindowState, EstimateHistory]:
-        """Take n measurements in compiled calls; see `WindowLoop.batch`."""
-        return self._loop.batch(state, time_s, y, covariances=covariances, on_progress=on_progress)
-
-
-class Mhe:
-    """Passes to convergence, with a line search.
-
-    Parameters
-    ----------
-    clock : of `MheConfig.deadline_s`; the machine's own by default
-    """
-
-    name = "mhe"
-
-    def __init__(
-        self,
-        model: StateSpaceModel,
-        config: MheConfig | None = None,
-        *,
-        clock: Clock | None = None,
-    ) -> None:
-        self.model, self.config = model, checked_config(self.name, config, MheConfig)
-        self.lags = self.config.lags
-        self._loop = WindowLoop(self.name, model, self.config, clock)
-        self.engine, self.told = self._loop.engine, self._loop.told  # what makes steps, and of them
-
-    def init(self, prior: Prior | None = None) -> WindowState:
-        """Return the state before the first measurement; see `ekf_baseline.ekf.Ekf.init`."""
-        return self._loop.start(prior)
-
-    def step(self, state: WindowState, measurement: Measurement) -> tuple[WindowState, Estimate]:
-        """Slide the window onto the measurement and solve it."""
-        return self._loop.step(state, measurement)
-
-    def batch(
-        self,
-        state: WindowState,
-        time_s: Array,
-        y: Array,
-        *,
-        covariances: bool = False,
-        on_progress: Callable[[int], None] | None = None,
-    ) -> tuple[WindowState, EstimateHistory]:
-        """Take n measurements in compiled calls; see `WindowLoop.batch`."""
-        return self._loop.batch(state, time_s, y, covariances=covariances, on_progress=on_progress)
-
-    def solve(
-        self, prior: GaussianState, measurements: tuple[Measurement, ...], guess: Trajectory
-    ) -> WindowSolution:
-        """Solve one window of at most N + 1 stages from a given start; see `WindowLoop.solve`."""
-        return self._loop.solve(prior, measurements, guess)
