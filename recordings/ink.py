@@ -191,7 +191,7 @@ def match_ink(path_mm: Array, ink: InkMap) -> InkMatch:
     shifted = path_mm + _settled_shift(
         path_mm, lambda at: ink_mm[tree.query(at)[1]], best, MOST_ROUNDS
     )
-    return InkMatch(tree.query(shifted)[0], shifted, ink_mm)
+    return InkMatch(np.asarray(tree.query(shifted)[0]), shifted, ink_mm)
 
 
 def ink_match(output: EstimateHistory, ink: Ink) -> InkMatch | None:

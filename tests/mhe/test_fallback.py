@@ -51,7 +51,7 @@ class Failing:
 
 def failing(model: StateSpaceModel, from_s: float, **settings: float) -> Mhe:
     mhe = Mhe(model, MheConfig(horizon=N, **settings))  # type: ignore[arg-type]
-    mhe._loop.engine = Failing(mhe._loop.engine, from_s)  # type: ignore[assignment]
+    mhe.engine = Failing(mhe.engine, from_s)  # type: ignore[assignment]
     return mhe
 
 

@@ -103,7 +103,7 @@ def test_the_lower_minimum_from_the_first_windows_on(seed: int) -> None:
 
 def cost_of(mhe: Mhe, memory: Array) -> float:
     """Return the cost of a window, all of whose samples are in it."""
-    layout = mhe._loop.engine.memory
+    layout = mhe.engine.memory
     count = int(layout.view(memory, "count"))
     x, w, y = (layout.view(memory, name)[:count] for name in ("x", "w", "y"))
     off = np.concatenate(
@@ -144,7 +144,7 @@ def test_in_a_full_window_at_most_one_in_n_samples() -> None:
     state, waits = mhe.init(), []
     for k in range(20):
         state, _ = mhe.step(state, Measurement(0.1 * k, np.array([-0.3])))
-        waits.append(int(mhe._loop.engine.memory.view(state.memory, "wait")))
+        waits.append(int(mhe.engine.memory.view(state.memory, "wait")))
     assert waits[:4] == [0, 0, 0, 0]
     assert waits[4:] == [4, 3, 2, 1, 0] * 3 + [4]
 
