@@ -13,11 +13,10 @@ lines of the same build are kept and only what is missing is done, those of anot
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
@@ -25,7 +24,6 @@ import numpy as np
 
 from benchmark.configurations import CONFIGURATIONS
 from benchmark.runner.identity import code_identity
-from estimation.output_file import check_file, write_whole
 from estimation.recording import Recording
 from estimation.status import Status
 from estimation.watch.flags import Flag
@@ -40,6 +38,7 @@ from recordings.simulate_pen import simulate_model
 from suites.faults.cells import Bench, bench_of
 from suites.faults.clean import SETTLED_S, SPEEDS
 from suites.faults.given_rows import GivenRows
+from suites.faults.kept_runs import all_runs
 from suites.faults.protocol import ESTIMATORS, MOTION, SENSORS, recorded, writers_pen
 from suites.faults.said import Said
 from suites.faults.scoring import raised
@@ -142,22 +141,6 @@ def watched_part(part: AlarmPart) -> AlarmPart:
     )
 
 
-def kept(path: Path) -> list[AlarmPart]:
-    """Return the parts of a file; none where there is none.
-
-    Raises
-    ------
-    InputError
-        If it holds anything else.
-    """
-    if not path.exists():
-        return []
-    try:
-        return [AlarmPart(**json.loads(line)) for line in path.read_text("utf-8").splitlines()]
-    except (ValueError, TypeError):
-        raise InputError(f"{path} is not of this command, expected a new file") from None
-
-
 def table(parts: Sequence[AlarmPart]) -> str:
     """Return flags per hour and sensor by speed and word, and how long it was lost and livelier."""
     lines = list[str]()
@@ -200,18 +183,11 @@ def main() -> None:
     if not 0 < given.hours < math.inf:
         parser.error(f"--hours is {given.hours}, expected a positive number")
     build = code_identity()
+    parts = wanted(build, given.estimators, given.sensors, given.hours)
     try:
-        check_file(given.output)
-        done = [each for each in kept(given.output) if each.build == build]
+        print(table(all_runs(given.output, build, parts, watched_part, AlarmPart)))
     except InputError as error:
         parser.error(str(error))
-    keys = {each.key for each in done}
-    for part in wanted(build, given.estimators, given.sensors, given.hours):
-        if part.key not in keys:
-            done.append(watched_part(part))
-            lines = (json.dumps(asdict(each)) for each in done)
-            write_whole(given.output, "".join(f"{line}\n" for line in lines))
-    print(table(done))
 
 
 if __name__ == "__main__":

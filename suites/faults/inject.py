@@ -1,4 +1,4 @@
-"""The faults of the table, done to a recording: readings and stamps, nothing else."""
+"""Faults done to a recording: readings and stamps, nothing else."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from models.arrays import Array
 from models.random_streams import seed_sequence, stream
 from models.state_space import StateSpaceModel
+from suites.faults.beyond_readings import BEYOND_READINGS
 from suites.faults.given_rows import GivenRows
 from suites.faults.inject_readings import READINGS, HitReadings, swapped
 from suites.faults.protocol import targets_of
@@ -96,6 +97,26 @@ def late(given: _Hit) -> GivenRows:
     return GivenRows.merged(parts)
 
 
+def clock_off(given: _Hit) -> GivenRows:
+    """Stamps of some sensors by a clock that is fast by a share."""
+    parts = {name: given.stream.sensor(name) for name in given.stream.readings}
+    for name in given.sensors:
+        time_s, values = parts[name]
+        parts[name] = (time_s * (1 + given.fault.size), values)
+    return GivenRows.merged(parts)
+
+
+def others_readings(given: _Hit) -> GivenRows:
+    """Readings of a sensor are those of another inertial one, where both have one."""
+    found = given.stream
+    for name in given.sensors:
+        other = next(each for each in targets_of(given.model, "imu") if each != name)
+        rows = np.intersect1d(given.stream.rows_of(name), given.stream.rows_of(other))
+        rows = rows[given.within(given.stream.time_s[rows])]
+        found = found.changed(name, rows, given.stream.readings[other][rows])
+    return found
+
+
 def thinned(given: _Hit) -> GivenRows:
     """A sensor's first reading of each period of a rate in Hz, and no other."""
     parts = {}
@@ -135,12 +156,12 @@ def swapped_rows(given: _Hit) -> GivenRows:
 
 INJECTIONS: Mapping[str, Callable[[_Hit], GivenRows]] = MappingProxyType(
     {
-        **{name: _of_readings(change) for name, change in READINGS.items()},
+        **{name: _of_readings(change) for name, change in {**READINGS, **BEYOND_READINGS}.items()},
         **{
             each.__name__: each
             for each in (
-                *(hole, switched_on, jitter, late, thinned),
-                *(twice_at_once, twice_later, swapped_rows),
+                *(hole, switched_on, jitter, late, clock_off, thinned),
+                *(others_readings, twice_at_once, twice_later, swapped_rows),
             )
         },
     }

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from math import isnan
+from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
@@ -23,7 +24,7 @@ from models.random_streams import seed_sequence, stream
 from models.sensor_model import SensorModel
 from models.state_space import StateSpaceModel
 from recordings.simulate_pen import simulate
-from suites.faults.table import Fault, faults
+from suites.faults.table import FILE, Fault, faults
 
 MOTION = "handwriting"
 SENSORS = (
@@ -103,14 +104,14 @@ def targets_of(model: StateSpaceModel, target: str) -> tuple[str, ...]:
     return tuple(sensor.name for sensor in found[target])
 
 
-def faults_for(sensors: str) -> tuple[Fault, ...]:
-    """Return the faults that a choice of sensors can have, each once.
+def faults_for(sensors: str, table: Path = FILE) -> tuple[Fault, ...]:
+    """Return the faults of a table that a choice of sensors can have, each once.
 
     Left out are those of sensors that it lacks, and those that hit the same sensors in the same
     way as one before: where all sensors are inertial, ``all`` is ``imu``.
     """
     model, found = model_of(sensors), dict[tuple[Fault, tuple[str, ...]], Fault]()
-    for fault in faults().values():
+    for fault in faults(table).values():
         hit = targets_of(model, fault.of)
         if hit and all(targets_of(model, needed) for needed in fault.needs):
             alike = replace(fault, key="", of="", size=0.0 if isnan(fault.size) else fault.size)

@@ -1,4 +1,4 @@
-"""The faults of ``faults.toml``, one `Fault` for each cell of the table."""
+"""The faults of ``faults.toml`` and ``beyond.toml``, one `Fault` for each cell of a table."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from typing import Any
 from models.names import unknown
 from models.parsed import toml_data
 
-FILE = Path(__file__).with_name("faults.toml")
+FILE, BEYOND = (Path(__file__).with_name(f"{name}.toml") for name in ("faults", "beyond"))
+"""What claims are about, and what nothing was made for."""
 INSTANT_S = 1e-9
 """By which stamps may differ that are one."""
 SIZES: Mapping[str, tuple[str, float]] = MappingProxyType(
@@ -44,7 +45,7 @@ class Fault:
     axis : that is hit, where only one is
     turn_rad : by which poses are turned away
     share : of the poses that are hit
-    spikes, apart_s : how many, and how far apart
+    spikes, apart_s : how many, and how far apart; of a vibration its period
     needs : further targets without which it is no fault
     """
 
@@ -80,9 +81,9 @@ class Fault:
 
 
 @cache
-def faults() -> Mapping[str, Fault]:
-    """Return every fault by its key, in the order of the file."""
-    data = toml_data(FILE.read_text("utf-8"), str(FILE))
+def faults(file: Path = FILE) -> Mapping[str, Fault]:
+    """Return every fault of a table by its key, in the order of the file."""
+    data = toml_data(file.read_text("utf-8"), str(file))
     common = {key: value for key, value in data.items() if key != "fault"}
     found = [_fault({**common, **part}) for row in data["fault"] for part in _parts(row)]
     by_key = {fault.key: fault for fault in found}

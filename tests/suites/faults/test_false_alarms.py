@@ -12,7 +12,8 @@ import pytest
 from recordings.motion_list import DRAWN
 from suites.faults import calibrate, clean, false_alarms
 from suites.faults.clean import SPEEDS
-from suites.faults.false_alarms import AlarmPart, kept, table, wanted, watched_part
+from suites.faults.false_alarms import AlarmPart, table, wanted, watched_part
+from suites.faults.kept_runs import kept
 from suites.faults.protocol import MOTION
 
 BOTH = "accel+gyro"
@@ -50,20 +51,20 @@ def test_what_was_done_by_the_same_build_is_not_done_again(
     monkeypatch.setattr(false_alarms, "code_identity", lambda: "one")
     with pytest.raises(KeyboardInterrupt):
         false_alarms.main()
-    assert len(kept(path)) == 3
+    assert len(kept(path, AlarmPart)) == 3
     first = [part.key for part in done]
     done.clear()
     monkeypatch.setattr(false_alarms, "watched_part", lambda part: done.append(part) or part)
     false_alarms.main()
     assert not set(first) & {part.key for part in done}
-    assert len(kept(path)) == len(first) + len(done) == 2 * len(SPEEDS)
+    assert len(kept(path, AlarmPart)) == len(first) + len(done) == 2 * len(SPEEDS)
     printed = capsys.readouterr().out
     assert f"ekf, {BOTH}" in printed
     assert "accel:outlier" in printed
     done.clear()
     monkeypatch.setattr(false_alarms, "code_identity", lambda: "another")
     false_alarms.main()
-    assert len(done) == len(kept(path)) == 2 * len(SPEEDS)
+    assert len(done) == len(kept(path, AlarmPart)) == 2 * len(SPEEDS)
 
 
 @pytest.mark.parametrize(
