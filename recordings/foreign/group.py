@@ -12,7 +12,7 @@ from models.arrays import Array
 from models.shown_text import short
 from recordings.foreign.header_units import Unit, split_header
 from recordings.foreign.source_table import SourceTable
-from recordings.formats.columns import Column, numbers
+from recordings.formats.columns import Column, numbers, side_by_side
 
 POSE, TIP = "pose_camera", "tip_position"
 POSE_AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
@@ -61,14 +61,14 @@ class Group:
     ) -> Array:
         """Return the readings (n, k), NaN where there is none: as they stand, or times factors."""
         where = f"recording {self.table.name}"
-        found = np.empty((len(self.table.frame.index[rows]), len(axes)))
-        for k, axis in enumerate(axes):
-            column = self._column(self.headers[axis], rows, where)
-            if self.added is not None:
-                column = column + self._column(self.added[axis], rows, where)
-            factor = self.signs.get(axis, 1.0) * (1.0 if factors is None else float(factors[k]))
-            np.multiply(column, factor, out=found[:, k])
-        return found
+        columns = [self._column(self.headers[axis], rows, where) for axis in axes]
+        if not columns:
+            return np.empty((len(self.table.frame.index[rows]), 0))
+        if self.added is not None:
+            more = [self._column(self.added[axis], rows, where) for axis in axes]
+            columns = [one + other for one, other in zip(columns, more, strict=True)]
+        signs = np.array([self.signs.get(axis, 1.0) for axis in axes])
+        return side_by_side(columns, signs if factors is None else signs * factors)
 
     def _column(self, header: str, rows: Rows, where: str) -> Array:
         return numbers(self.table.frame[header].iloc[rows], where)
