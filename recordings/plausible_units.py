@@ -84,7 +84,7 @@ def unit_verdicts(
             continue
         (axis, si_unit), *_ = sensor.reading_axes
         unit = si_unit if read_as is None else read_as.get(name)
-        said = evidence(recording, pen, name)
+        said = None if unit is None else evidence(recording, pen, name)
         if unit is None or said is None:
             continue
         found[name] = None
@@ -171,6 +171,8 @@ def _in_body_axes(recording: Recording, pen: PenConfig, name: str) -> tuple[Arra
     times, values = (
         part[spread(len(part))] for part in (recording.time_s, recording.readings[name])
     )
-    complete = ~np.isnan(values).any(axis=1)
     rotation = np.array(sensor.sensor_to_body)[:, ["xyz".index(axis) for axis in sensor.axes]]
-    return times[complete], values[complete] @ rotation.T
+    if np.isnan(values.min(initial=0.0)):
+        complete = ~np.isnan(values).any(axis=1)
+        times, values = times[complete], values[complete]
+    return times, values @ rotation.T

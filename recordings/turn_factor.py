@@ -23,6 +23,7 @@ import math
 import numpy as np
 
 from models.arrays import Array
+from recordings.window_rows import longest_gaps_s, window_rows
 
 WINDOW_S = 1.0
 LONGEST_GAP_S = 0.1
@@ -72,29 +73,25 @@ def _turns(
     if len(rate) == 0 or not norm.any():
         return np.zeros((0, 3)), np.zeros((0, 3))
     t, norm, force = force_time_s[norm > 0], norm[norm > 0], force[norm > 0]
-    is_rough = np.abs(norm / np.median(norm) - 1)
-    deltas, predictions = [], []
+    rough = np.abs(norm / np.median(norm) - 1)
     # Half-overlapping windows, but only where there are samples.
     steps = np.unique(np.floor((t - t[0]) / (WINDOW_S / 2)))
     if len(steps) > MOST_WINDOWS:
         steps = steps[np.linspace(0, len(steps) - 1, MOST_WINDOWS).astype(int)]
-    first_s = t[0]
+    starts = t[0] + steps * WINDOW_S / 2
     in_window = np.zeros(len(t), dtype=bool)
-    for step in steps:
-        in_window[_samples(t, first_s + step * WINDOW_S / 2)] = True
+    for here in window_rows(t, starts, WINDOW_S):
+        in_window[here] = True
     t, norm, force = t[in_window], norm[in_window], force[in_window]
-    is_rough, u = is_rough[in_window], force / norm[:, None]
+    rough, u = np.square(rough[in_window]), force / norm[:, None]
+    gaps_s = [longest_gaps_s(times, starts, WINDOW_S) for times in (t, rate_time_s)]
+    starts = starts[np.maximum(*gaps_s) <= LONGEST_GAP_S]
     omega = np.column_stack([np.interp(t, rate_time_s, column) for column in rate.T])
     turn_rate = np.cross(omega, u)
-    for step in steps:
-        start = first_s + step * WINDOW_S / 2
-        here = _samples(t, start)
-        if (
-            here.stop - here.start < 2  # of times so large that a second is nothing to them
-            or _longest_gap_s(t[here], start) > LONGEST_GAP_S
-            or _longest_gap_s(rate_time_s[_samples(rate_time_s, start)], start) > LONGEST_GAP_S
-            or np.sqrt(np.mean(is_rough[here] ** 2)) > GENTLE
-        ):
+    deltas, predictions = [], []
+    for start, here in zip(starts, window_rows(t, starts, WINDOW_S), strict=True):
+        # Of times so large that a second is nothing to them it has no two.
+        if here.stop - here.start < 2 or math.sqrt(rough[here].mean()) > GENTLE:
             continue
         phase, dt = 2 * np.pi * (t[here] - start) / WINDOW_S, _steps(t[here])
         phi, phi_dot = (1 - np.cos(phase)) / 2, np.pi / WINDOW_S * np.sin(phase)
@@ -103,21 +100,9 @@ def _turns(
     return np.reshape(deltas, (-1, 3)), np.reshape(predictions, (-1, 3))
 
 
-def _samples(time_s: Array, start_s: float) -> slice:
-    first, end = np.searchsorted(time_s, [start_s, start_s + WINDOW_S])
-    return slice(int(first), int(end))
-
-
 def _steps(time_s: Array) -> Array:
     """Return half of the way from the sample before to the one behind: `numpy.gradient`."""
     found = np.empty(len(time_s))
     found[1:-1] = (time_s[2:] - time_s[:-2]) / 2
     found[0], found[-1] = time_s[1] - time_s[0], time_s[-1] - time_s[-2]
     return found
-
-
-def _longest_gap_s(time_s: Array, start_s: float) -> float:
-    if not len(time_s):
-        return WINDOW_S
-    ends = time_s[0] - start_s, start_s + WINDOW_S - time_s[-1]
-    return float(max(*ends, (time_s[1:] - time_s[:-1]).max(initial=0.0)))

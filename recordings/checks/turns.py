@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.arrays import Array
+from recordings.window_rows import longest_gaps_s, window_rows
 
 WINDOW_S = 1.0
 """Shorter takes the hand's acceleration for turning, longer finds fewer windows."""
@@ -93,14 +94,12 @@ def gravity_turns(
     steps = np.unique(np.floor((t - t[0]) / (WINDOW_S / 2)))
     if len(steps) > MOST_WINDOWS:
         steps = steps[np.linspace(0, len(steps) - 1, MOST_WINDOWS).astype(int)]
+    starts = t[0] + steps * WINDOW_S / 2
+    gaps_s = [longest_gaps_s(times, starts, WINDOW_S) for times in (t, rate_time_s)]
+    starts = starts[np.maximum(*gaps_s) <= LONGEST_GAP_S]
     found = []
-    for start in t[0] + steps * WINDOW_S / 2:
-        here = _samples(t, start)
-        if here.stop - here.start < 2 or np.mean(rough[here]) > GENTLE**2:
-            continue
-        there = _samples(rate_time_s, start)
-        gap_s = max(_longest_gap_s(t[here], start), _longest_gap_s(rate_time_s[there], start))
-        if gap_s > LONGEST_GAP_S:
+    for start, here in zip(starts, window_rows(t, starts, WINDOW_S), strict=True):
+        if here.stop - here.start < 2 or rough[here].mean() > GENTLE**2:
             continue
         phase, dt = 2 * np.pi * (t[here] - start) / WINDOW_S, _weights(t[here], start)
         phi = dt * (1 - np.cos(phase)) / 2
@@ -126,16 +125,7 @@ def _gathered(found: list[tuple[float, Array, Array, Array]]) -> GravityTurns:
     )
 
 
-def _samples(time_s: Array, start_s: float) -> slice:
-    first, end = np.searchsorted(time_s, [start_s, start_s + WINDOW_S])
-    return slice(int(first), int(end))
-
-
 def _weights(time_s: Array, start_s: float) -> Array:
     """Return how much of the window each sample stands for (n,), s."""
     edges = np.concatenate([[start_s], (time_s[1:] + time_s[:-1]) / 2, [start_s + WINDOW_S]])
     return np.diff(edges)
-
-
-def _longest_gap_s(time_s: Array, start_s: float) -> float:
-    return float(np.diff([start_s, *time_s, start_s + WINDOW_S]).max())

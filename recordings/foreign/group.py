@@ -12,7 +12,7 @@ from models.arrays import Array
 from models.shown_text import short
 from recordings.foreign.header_units import Unit, split_header
 from recordings.foreign.source_table import SourceTable
-from recordings.formats.columns import Column, numbers
+from recordings.formats.columns import Column, numbers, side_by_side
 
 POSE, TIP = "pose_camera", "tip_position"
 POSE_AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
@@ -63,16 +63,14 @@ class Group:
         where = f"recording {self.table.name}"
         whole = isinstance(rows, slice) and rows == ALL
         some = None if whole else rows
-        found = None
-        for k, axis in enumerate(axes):
-            column = self._column(self.headers[axis], some, where)
-            if found is None:
-                found = np.empty((len(column), len(axes)))
-            if self.added is not None:
-                column = column + self._column(self.added[axis], some, where)
-            factor = self.signs.get(axis, 1.0) * (1.0 if factors is None else float(factors[k]))
-            np.multiply(column, factor, out=found[:, k])
-        return np.empty((0, 0)) if found is None else found
+        if not axes:
+            return np.empty((0, 0))
+        columns = [self._column(self.headers[axis], some, where) for axis in axes]
+        if self.added is not None:
+            more = [self._column(self.added[axis], some, where) for axis in axes]
+            columns = [one + other for one, other in zip(columns, more, strict=True)]
+        signs = np.array([self.signs.get(axis, 1.0) for axis in axes])
+        return side_by_side(columns, signs if factors is None else signs * factors)
 
     def _column(self, header: str, rows: Rows | None, where: str) -> Array:
         cells = self.table.frame[header]

@@ -66,10 +66,12 @@ def _candidates(groups: Sequence[Group], kind: str) -> list[Group]:
     wanted = (ACCELEROMETER, LINEAR) if kind == ACCELEROMETER else (kind,)
     found = [g for g in groups if g.kind in wanted and _has_reading(g)]
     if kind == ACCELEROMETER:
-        found += _sums([g for g in found if not _feels(g)], groups)
+        feel = [_feels(group) for group in found]
+        sums = _sums([g for g, feels in zip(found, feel, strict=True) if not feels], groups)
+        found, feel = found + sums, feel + [_feels(group) for group in sums]
         by_name = [g.kind == LINEAR and g.added is None for g in found]
-        found = [replace(g, kind=ACCELEROMETER) if _feels(g) else replace(g, kind=LINEAR)
-                 for g in found]  # fmt: skip
+        found = [replace(g, kind=ACCELEROMETER if feels else LINEAR)
+                 for g, feels in zip(found, feel, strict=True)]  # fmt: skip
     else:
         by_name = [False] * len(found)
     ranks = [(_rank(group), linear) for group, linear in zip(found, by_name, strict=True)]

@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 from recordings.foreign.header_units import spelt_words, unit_of
@@ -132,8 +133,11 @@ def split_cells(line: str, delimiter: str) -> list[str]:
 
 def is_number(cell: str) -> bool:
     """Whether a cell is a number, with a point or a comma, or a stamp of time."""
-    if len(cell) > _LONGEST_NUMBER:
-        return False
+    return len(cell) <= _LONGEST_NUMBER and _spells_number(cell)
+
+
+@lru_cache(maxsize=1 << 13)  # of each delimiter the cells of the same lines are asked again
+def _spells_number(cell: str) -> bool:
     return any(form.fullmatch(cell) for form in (POINT, COMMA, _STAMP))
 
 

@@ -46,6 +46,8 @@ def check_time_unit(header: str, unit: Unit, time_s: Array, where: str) -> None:
     InputError
         The message names the unit that they look like.
     """
+    if _mostly_usual(time_s):
+        return
     step_s = usual_step(time_s)
     if step_s is None or 1 / FASTEST_HZ <= step_s <= 1 / SLOWEST_HZ:
         return
@@ -60,6 +62,13 @@ def check_time_unit(header: str, unit: Unit, time_s: Array, where: str) -> None:
             f"{where}: column {header} was read in {unit.name} but looks like {best} "
             f"({1 / step_s:.3g} readings a second), expected --units time={best}"
         )
+
+
+def _mostly_usual(time_s: Array) -> bool:
+    """Whether more than half of the steps are usual ones; then so is their median, unsorted."""
+    steps = np.diff(time_s)
+    usual = (steps >= 1 / FASTEST_HZ) & (steps <= 1 / SLOWEST_HZ)
+    return 2 * int(np.count_nonzero(usual)) > len(steps)
 
 
 def preamble_rate_hz(preamble: str) -> float | None:

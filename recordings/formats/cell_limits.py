@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from models.errors import InputError
 from models.limits import check_most, most
 
-PIECE = 1 << 22
+PIECE = 1 << 18
 """Bytes that are looked through at once."""
 WHOLE = ("rows", "values")
 """Limits of a table that is kept whole."""

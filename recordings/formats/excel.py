@@ -7,7 +7,8 @@ Read by `python-calamine <https://pypi.org/project/python-calamine>`_, an extra:
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import chain, islice
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,8 @@ EXCEL_SUFFIXES = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
 EXPECTED = "an Excel workbook with a sheet of samples"
 ROWS_ABOVE = 50
 """Rows above the samples of a sheet, at most."""
+PART_ROWS = 20_000
+"""Rows that become columns at once."""
 
 
 def read_excel(path: Path, where: str, *, header: Sequence[str] | None = None) -> list[SourceTable]:
@@ -51,27 +54,29 @@ def read_excel(path: Path, where: str, *, header: Sequence[str] | None = None) -
                     unpacked = sum(part.file_size for part in parts.infolist())
                     check_most("unpacked_bytes", unpacked, where)
         with CalamineWorkbook.from_path(str(path)) as book:
-            sheets = []
+            found = []
             check_most("members", len(book.sheet_names), where)
             for name in book.sheet_names:
                 sheet = book.get_sheet_by_name(name)
                 check_most("columns", sheet.total_width, f"{where}: sheet {name}")
                 check_most("rows", sheet.total_height, f"{where}: sheet {name}")
-                sheets.append((name, sheet.to_python(skip_empty_area=True)))
+                above = 0 if sheet.start is None else sheet.start[0]
+                found.append(_table(name, islice(sheet.iter_rows(), above, None), header))
     except InputError:
         raise
     except Exception as error:  # whatever a damaged workbook makes of itself
         raise InputError(f"{where}: cannot be read, expected {EXPECTED}") from error
-    found = [table for name, rows in sheets if (table := _table(name, rows, header)) is not None]
-    if not found:
+    tables = [table for table in found if table is not None]
+    if not tables:
         raise InputError(f"{where}: no sheet has a row of numbers, expected {EXPECTED}")
-    return found
+    return tables
 
 
 def _table(
-    name: str, rows: Sequence[Sequence[object]], header: Sequence[str] | None
+    name: str, rows: Iterator[Sequence[object]], header: Sequence[str] | None
 ) -> SourceTable | None:
-    texts = [[_text(cell) for cell in row] for row in rows[:ROWS_ABOVE]]
+    begin = list(islice(rows, ROWS_ABOVE))
+    texts = [[_text(cell) for cell in row] for row in begin]
     first = next((i for i, row in enumerate(texts) if _is_data(row)), None)
     if first is None:
         return None
@@ -84,11 +89,19 @@ def _table(
     unique = [
         n if n and n not in spelt[:k] else f"{n or 'column'} {k + 1}" for k, n in enumerate(spelt)
     ]
-    frame = pd.DataFrame(list(rows[first:]), columns=unique)
-    frame = frame.replace("", np.nan).infer_objects().dropna(how="all")
+    frame = _frame(chain(begin[first:], rows), unique).dropna(how="all")
     preamble = "\n".join(" ".join(row) for row in texts[:first])
     has_header = names is not None and header is None
     return SourceTable(name, frame.reset_index(drop=True), preamble, has_header=has_header)
+
+
+def _frame(rows: Iterator[Sequence[object]], names: Sequence[str]) -> pd.DataFrame:
+    """Return rows, at least one, as columns: a number of Python's for each cell is kept of few."""
+    parts = []
+    while part := list(islice(rows, PART_ROWS)):
+        cells = pd.DataFrame(part, columns=list(names))
+        parts.append(cells.replace("", np.nan).infer_objects())
+    return pd.concat(parts, ignore_index=True).infer_objects()
 
 
 def _text(cell: object) -> str:

@@ -26,6 +26,7 @@ from recordings.formats.columns import (
     increasing_times,
     numbers,
     recording_columns,
+    side_by_side,
     spellings,
 )
 
@@ -164,7 +165,7 @@ class TableHeader:
         header, _ = self.stamps
         time_s = increasing_times(values[TIME], header, self.where, above=above, before_s=before_s)
         readings = {
-            sensor: np.column_stack([values[axis] for axis in axes])
+            sensor: side_by_side([values[axis] for axis in axes])
             for sensor, axes in self.sensors.items()
         }
         arrivals = {
