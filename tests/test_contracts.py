@@ -78,7 +78,7 @@ def test_every_estimator_is_in_the_registry(room: str) -> None:
         value.name
         for module in pkgutil.iter_modules(importlib.import_module(room).__path__, f"{room}.")
         for value in vars(importlib.import_module(module.name)).values()
-        if inspect.isclass(value) and hasattr(value, "init") and hasattr(value, "step")
+        if inspect.isclass(value) and all(hasattr(value, of) for of in ("name", "init", "step"))
     }
     assert found
     assert found <= set(ESTIMATORS)

@@ -75,7 +75,7 @@ def test_taking_late_readings_needs_room(tmp_path: Path) -> None:
     refused = call(tmp_path / "mhe", "--sensors", "accel", "--late-samples", "7")
     assert "late_samples is not read by mhe-rti" in refused.stderr
     refused = call(tmp_path / "mhe", *options, "-1")
-    assert "late_samples is -1, expected 0 or more" in refused.stderr
+    assert "late_samples is -1, expected a whole number from 0" in refused.stderr
 
 
 @pytest.mark.usefixtures("unmeasured")

@@ -29,7 +29,7 @@ def test_a_config_says_how_passes_are_made(config: RealTimeConfig, scheme: Schem
 
 def test_neither_is_the_other() -> None:
     assert not issubclass(Mhe, MheRti)
-    assert Mhe.__bases__ == MheRti.__bases__ == (object,)
+    assert not issubclass(MheRti, Mhe)
     assert not hasattr(MheRti, "solve"), "one pass does not converge on a window"
 
 
