@@ -11,7 +11,7 @@ from estimation.estimator import first_state
 from estimation.layout import Layout
 from estimation.rest import rest_blocks
 from estimation.stored import restored, store, stride
-from models.arrays import Array
+from models.arrays import Array, is_whole
 from models.errors import InputError
 from models.gaussian import GaussianState
 from models.given_prior import Prior
@@ -98,10 +98,7 @@ class Kept:
 
 def check_late_samples(late_samples: int | None) -> None:
     """Raise `InputError` where a filter is asked to go back by less than nothing."""
-    if late_samples is None:
-        return
-    is_whole = isinstance(late_samples, int | np.integer) and not isinstance(late_samples, bool)
-    if not is_whole or late_samples < 0:
+    if late_samples is not None and not (is_whole(late_samples) and late_samples >= 0):
         raise InputError(f"late_samples is {late_samples!r}, expected a whole number from 0")
 
 

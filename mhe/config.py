@@ -13,7 +13,7 @@ from mhe.ipopt_options import Option, checked_options
 from mhe.lags import checked_lags
 from mhe.loss import LEAST_SQUARES
 from mhe.scheme import MAX_ITERATIONS, TOLERANCE, Scheme
-from models.arrays import Array, is_real
+from models.arrays import Array, is_real, is_whole
 from models.errors import InputError
 from models.frozen_mapping import FrozenMapping
 from models.names import unknown
@@ -26,8 +26,14 @@ Clock = Callable[[], float]
 
 def check_count(name: str, value: object, least: int) -> None:
     """Raise `InputError` unless a setting is a whole number that is large enough."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+    if not (is_whole(value) and value >= least):
         raise InputError(f"{name} is {value!r}, expected a whole number of at least {least}")
+
+
+def check_stages(count: int, horizon: int) -> None:
+    """Raise `InputError` unless a window of so many measurements is one of a horizon."""
+    if not 1 <= count <= horizon + 1:
+        raise InputError(f"a window of {count} measurements, expected 1 to {horizon + 1}")
 
 
 @dataclass(frozen=True, kw_only=True)

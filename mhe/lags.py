@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from models.arrays import is_whole
 from models.errors import InputError
 
 
@@ -21,7 +22,7 @@ def checked_lags(given: int | Sequence[int], horizon: int) -> tuple[int, ...]:
     several = isinstance(given, Sequence | np.ndarray) and not isinstance(given, str)
     lags: list[Any] = list(given) if several else [given]  # type: ignore[arg-type]
     for lag in lags:
-        if isinstance(lag, bool) or not isinstance(lag, int | np.integer) or lag < 0:
+        if not (is_whole(lag) and lag >= 0):
             raise InputError(f"lag_samples is {given!r}, expected whole numbers of at least 0")
         if lag > horizon:
             raise InputError(

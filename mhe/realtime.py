@@ -34,13 +34,12 @@ from estimation.recording import Measurement
 from estimation.result import ResultReader
 from estimation.settings import checked_config
 from mhe.compiled.loop import CompiledWindow
-from mhe.config import Clock, MheConfig, MheRtiConfig, RealTimeConfig
+from mhe.config import Clock, MheConfig, MheRtiConfig, RealTimeConfig, check_stages
 from mhe.interpreted.loop import InterpretedWindow
 from mhe.sparse_qp.fallback import Fallback
 from mhe.trajectory import Trajectory, WindowSolution
 from mhe.window_memory import WindowState, first_window, packed_window, window_memory
 from models.arrays import Array
-from models.errors import InputError
 from models.gaussian import GaussianState
 from models.given_prior import Prior
 from models.state_space import StateSpaceModel
@@ -185,10 +184,7 @@ class Mhe(RealTimeMhe):
             If there are none, or more than N + 1 measurements.
         """
         layout, count = self.engine.memory, len(measurements)
-        if not 1 <= count <= self.config.horizon + 1:
-            raise InputError(
-                f"a window of {count} measurements, expected 1 to {self.config.horizon + 1}"
-            )
+        check_stages(count, self.config.horizon)
         rows = all_with_inputs(self.model, measurements)
         memory = packed_window(self.model, self.config.horizon + 1, prior, rows, guess).memory
         memory, result = self.engine.solve(memory)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from numbers import Real
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,11 @@ def numbers(given: Any, what: str, expected: str) -> Array:
 def is_real(given: object) -> bool:
     """Whether a setting is a real number; a truth value or a text is none."""
     return isinstance(given, Real) and not isinstance(given, bool | np.bool_)
+
+
+def is_whole(given: object) -> TypeGuard[int]:
+    """Whether a setting is a whole number; a truth value is none."""
+    return isinstance(given, int | np.integer) and not isinstance(given, bool)
 
 
 def keep_arrays(value: Any) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from models.arrays import is_real
+from models.arrays import is_real, is_whole
 from models.errors import InputError
 from models.own_sensors import OwnSensor
 from models.plain_names import check_name, check_text
@@ -23,7 +23,7 @@ def check_parts(
     model : its name
     by_name : what it is → a mapping by name, or None
     """
-    if isinstance(n_noises, bool) or not isinstance(n_noises, int | np.integer) or n_noises < 0:
+    if not (is_whole(n_noises) and n_noises >= 0):
         raise InputError(f"model {model}: n_noises is {n_noises!r}, expected a whole number from 0")
     for what, given in {"sensors": sensors, **by_name}.items():
         if given is not None and not isinstance(given, Mapping):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from models.arrays import is_whole
 from models.errors import InputError
 
 Seed = int | np.random.SeedSequence | np.random.Generator
@@ -27,7 +28,7 @@ def seed_sequence(seed: Seed) -> np.random.SeedSequence:
         return np.random.SeedSequence(int(seed.integers(2**63)))
     if isinstance(seed, np.random.SeedSequence):
         return seed
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+    if not (is_whole(seed) and seed >= 0):
         raise InputError(f"seed is {seed!r}, expected a whole number from 0")
     return np.random.SeedSequence(seed)
 

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arrays import Array
-from recordings.window_rows import longest_gaps_s, window_rows
+from recordings.window_rows import longest_gaps_s, window_rows, window_starts
 
 WINDOW_S = 1.0
 LONGEST_GAP_S = 0.1
@@ -120,11 +120,7 @@ def _turns(
         return np.zeros((0, 3)), np.zeros((0, 3))
     t, norm, force = force_time_s[norm > 0], norm[norm > 0], force[norm > 0]
     rough = np.abs(norm / np.median(norm) - 1)
-    # Half-overlapping windows, but only where there are samples.
-    steps = np.unique(np.floor((t - t[0]) / (WINDOW_S / 2)))
-    if len(steps) > MOST_WINDOWS:
-        steps = steps[np.linspace(0, len(steps) - 1, MOST_WINDOWS).astype(int)]
-    starts = t[0] + steps * WINDOW_S / 2
+    starts = window_starts(t, WINDOW_S, most=MOST_WINDOWS)
     in_window = np.zeros(len(t), dtype=bool)
     for here in window_rows(t, starts, WINDOW_S):
         in_window[here] = True

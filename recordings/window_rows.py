@@ -1,10 +1,24 @@
-"""Windows of time in a row of stamps: which samples each has, and the longest gap in it."""
+"""Windows of time in a row of stamps: where they begin, which samples each has, its longest gap."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from models.arrays import Array
+
+
+def window_starts(time_s: Array, length_s: float, *, most: int) -> Array:
+    """Return where half-overlapping windows begin (w,), only where there are samples.
+
+    Parameters
+    ----------
+    time_s : (n,) increasing, at least one
+    most : windows; of more, so many are taken, evenly
+    """
+    steps = np.unique(np.floor((time_s - time_s[0]) / (length_s / 2)))
+    if len(steps) > most:
+        steps = steps[np.linspace(0, len(steps) - 1, most).astype(int)]
+    return np.asarray(time_s[0] + steps * length_s / 2)
 
 
 def window_rows(time_s: Array, start_s: Array, length_s: float) -> list[slice]:

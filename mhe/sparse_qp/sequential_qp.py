@@ -19,14 +19,13 @@ from estimation.inputs import all_with_inputs
 from estimation.kalman_stage import without_gaps
 from estimation.recording import Measurement
 from estimation.status import Status
-from mhe.config import MheConfig, RealTimeConfig
+from mhe.config import MheConfig, RealTimeConfig, check_stages
 from mhe.constraint_rows import demanded
 from mhe.sparse_qp.osqp_window import OsqpWindow, QpSolution, factor_of
 from mhe.trajectory import Trajectory, WindowSolution, driven
 from mhe.weights import Weights
 from mhe.window_memory import Scales
 from models.arrays import Array
-from models.errors import InputError
 from models.gaussian import GaussianState
 from models.state_space import StateSpaceModel
 
@@ -96,10 +95,9 @@ class SequentialQp:
         InputError
             If there are none, or more than N + 1 measurements.
         """
-        n, most, scheme = len(measurements), self.config.horizon + 1, self.config.scheme
+        n, scheme = len(measurements), self.config.scheme
         measurements = all_with_inputs(self.model, measurements)
-        if not 1 <= n <= most:
-            raise InputError(f"a window of {n} measurements, expected 1 to {most}")
+        check_stages(n, self.config.horizon)
         if n not in self._windows:
             self._windows[n] = OsqpWindow(self.model, n)
         qp = self._windows[n]

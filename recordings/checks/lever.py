@@ -19,6 +19,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from models.arrays import Array
+from recordings.window_rows import longest_gaps_s, window_rows, window_starts
 
 WINDOW_S = 1.6
 """Test functions have 0.6 to 3 Hz in it, as a hand has."""
@@ -80,20 +81,18 @@ def lever_of(
     if len(t) < 2 or len(rate) < 2:
         return None
     omega = np.column_stack([np.interp(t, rate_time_s, column) for column in rate.T])
-    steps = np.unique(np.floor((t - t[0]) / (WINDOW_S / 2)))
-    if len(steps) > MOST_WINDOWS:
-        steps = steps[np.linspace(0, len(steps) - 1, MOST_WINDOWS).astype(int)]
+    starts = window_starts(t, WINDOW_S, most=MOST_WINDOWS)
+    starts = starts[longest_gaps_s(t, starts, WINDOW_S) <= LONGEST_GAP_S]
     y, C, D, chance = [], [], [], []
-    for start in t[0] + steps * WINDOW_S / 2:
-        first, end = np.searchsorted(t, [start, start + WINDOW_S])
-        at = t[first:end]
-        if len(at) < 4 * HARMONICS or np.diff([start, *at, start + WINDOW_S]).max() > LONGEST_GAP_S:
+    for start, here in zip(starts, window_rows(t, starts, WINDOW_S), strict=True):
+        at = t[here]
+        if len(at) < 4 * HARMONICS:
             continue
-        R = _attitudes(at, omega[first:end])
+        R = _attitudes(at, omega[here])
         psi, bent = _test_functions((at - start) / WINDOW_S)
         edges = np.concatenate([[start], (at[1:] + at[:-1]) / 2, [start + WINDOW_S]])
         dt = np.diff(edges)
-        turned = np.einsum("nij,nj->ni", R, force[first:end])
+        turned = np.einsum("nij,nj->ni", R, force[here])
         y.append((psi * dt) @ turned)
         C.append(np.einsum("kn,nij->kij", bent / WINDOW_S**2 * dt, R))
         chance.append(3 * noise_std**2 * np.sum((psi * dt) ** 2))

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.arrays import Array
-from recordings.window_rows import longest_gaps_s, window_rows
+from recordings.window_rows import longest_gaps_s, window_rows, window_starts
 
 WINDOW_S = 1.0
 """Shorter takes the hand's acceleration for turning, longer finds fewer windows."""
@@ -91,10 +91,7 @@ def gravity_turns(
     rate_time_s = rate_time_s - lag_s
     omega = np.column_stack([np.interp(t, rate_time_s, column) for column in rate.T])
     rough = np.square(norm / np.median(norm) - 1)
-    steps = np.unique(np.floor((t - t[0]) / (WINDOW_S / 2)))
-    if len(steps) > MOST_WINDOWS:
-        steps = steps[np.linspace(0, len(steps) - 1, MOST_WINDOWS).astype(int)]
-    starts = t[0] + steps * WINDOW_S / 2
+    starts = window_starts(t, WINDOW_S, most=MOST_WINDOWS)
     gaps_s = [longest_gaps_s(times, starts, WINDOW_S) for times in (t, rate_time_s)]
     starts = starts[np.maximum(*gaps_s) <= LONGEST_GAP_S]
     found = []

@@ -58,8 +58,8 @@ def unpivoted(table: SourceTable) -> list[SourceTable] | None:
     known = _readings(names)
     for label in dict.fromkeys(label for _, label in known.values()):
         of_label = [name for name, (_, one) in known.items() if one == label]
-        for some in _together(numbers, of_label, known, is_stamped=stamp is not None):
-            frame = _rows(numbers[numbers["name"].isin(some)], some, is_stamped=stamp is not None)
+        for some, share in _together(numbers, of_label, known):
+            frame = _rows(numbers[numbers["name"].isin(some)], some, share=share)
             parts.append((some, frame.rename(columns={"stamp": stamp})))
     return [
         replace(
@@ -110,26 +110,37 @@ def _readings(names: pd.Series) -> _Names:
 
 
 def _together(
-    numbers: pd.DataFrame, names: Sequence[str], known: _Names, *, is_stamped: bool
-) -> list[list[str]]:
-    """Return the names that are one table: all where they have their stamps in common, else those
-    of each kind.
+    numbers: pd.DataFrame, names: Sequence[str], known: _Names
+) -> list[tuple[list[str], bool]]:
+    """Return the names that are one table, and whether they have their stamps in common.
+
+    All are where they have, else those of each kind.
     """
-    if is_stamped and _share_stamps(numbers, names):
-        return [list(names)]
+    if _share_stamps(numbers, names):
+        return [(list(names), True)]
     kinds = dict.fromkeys(known[name][0] for name in names)
-    return [[name for name in names if known[name][0] == kind] for kind in kinds]
+    found = [[name for name in names if known[name][0] == kind] for kind in kinds]
+    return [(some, len(kinds) > 1 and _share_stamps(numbers, some)) for some in found]
 
 
 def _share_stamps(numbers: pd.DataFrame, names: Sequence[str]) -> bool:
+    if "stamp" not in numbers:
+        return False
     stamps = [set(numbers["stamp"][numbers["name"] == name].dropna()) for name in names]
     common = set.intersection(*stamps)
     return len(common) >= _SHARED * max(map(len, stamps))
 
 
-def _rows(numbers: pd.DataFrame, names: Sequence[str], *, is_stamped: bool) -> pd.DataFrame:
-    """Return a row for each instant: its stamp, and a column for each name."""
-    if is_stamped and _share_stamps(numbers, names):
+def _rows(numbers: pd.DataFrame, names: Sequence[str], *, share: bool) -> pd.DataFrame:
+    """Return a row for each instant: its stamp, and a column for each name.
+
+    Parameters
+    ----------
+    share : whether the numbers of an instant have one stamp; else a name that comes again begins
+        another
+    """
+    is_stamped = "stamp" in numbers
+    if share:
         again = numbers.groupby(["name", "stamp"]).cumcount()
         keyed = numbers.assign(again=again).set_index(["stamp", "again", "name"])
         wide = keyed["value"].unstack("name", sort=False).reset_index()

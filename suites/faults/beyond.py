@@ -8,17 +8,15 @@ run; run again, lines of the same build are kept and only what is missing is don
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from benchmark.runner.identity import code_identity
 from estimation.watch.watched import Watched
 from models.errors import InputError
 from suites.faults.cells import run_cell
-from suites.faults.kept_runs import all_runs
-from suites.faults.protocol import ESTIMATORS, SENSORS, faults_for
+from suites.faults.kept_runs import all_runs, parser_of
+from suites.faults.protocol import faults_for
 from suites.faults.table import BEYOND, faults
 
 FIRST_SEED = 300
@@ -94,13 +92,8 @@ def _counted(runs: Sequence[BeyondRun]) -> str:
 
 def main() -> None:
     """Run what is missing, and print what was found."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--estimators", nargs="+", choices=ESTIMATORS, default=["ekf"])
-    parser.add_argument("--sensors", nargs="+", choices=SENSORS, default=SENSORS)
-    parser.add_argument("--output", type=Path, required=True)
     given = parser.parse_args()
     if given.seeds < 1:
         parser.error(f"--seeds is {given.seeds}, expected a positive number")

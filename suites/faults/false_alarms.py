@@ -12,13 +12,11 @@ lines of the same build are kept and only what is missing is done, those of anot
 
 from __future__ import annotations
 
-import argparse
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
@@ -38,8 +36,8 @@ from recordings.simulate_pen import simulate_model
 from suites.faults.cells import Bench, bench_of
 from suites.faults.clean import SETTLED_S, SPEEDS
 from suites.faults.given_rows import GivenRows
-from suites.faults.kept_runs import all_runs
-from suites.faults.protocol import ESTIMATORS, MOTION, SENSORS, recorded, writers_pen
+from suites.faults.kept_runs import all_runs, parser_of
+from suites.faults.protocol import MOTION, recorded, writers_pen
 from suites.faults.said import Said
 from suites.faults.scoring import raised
 
@@ -172,13 +170,8 @@ def _row(head: str, parts: Sequence[AlarmPart], sensors: str) -> str:
 
 def main() -> None:
     """Run what is missing, and print what was found."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--hours", type=float, default=10.0)
-    parser.add_argument("--estimators", nargs="+", choices=ESTIMATORS, default=["ekf"])
-    parser.add_argument("--sensors", nargs="+", choices=SENSORS, default=SENSORS)
-    parser.add_argument("--output", type=Path, required=True)
     given = parser.parse_args()
     if not 0 < given.hours < math.inf:
         parser.error(f"--hours is {given.hours}, expected a positive number")

@@ -6,6 +6,7 @@ interrupted at any time.
 
 from __future__ import annotations
 
+import argparse
 import json
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import asdict
@@ -14,6 +15,7 @@ from typing import ClassVar, Protocol, TypeVar
 
 from estimation.output_file import check_file, write_whole
 from models.errors import InputError
+from suites.faults.protocol import ESTIMATORS, SENSORS
 
 
 class KeptRun(Protocol):
@@ -31,6 +33,17 @@ class KeptRun(Protocol):
 
 
 RunT = TypeVar("RunT", bound=KeptRun)
+
+
+def parser_of(about: str | None) -> argparse.ArgumentParser:
+    """Return a parser of what such a command is asked: for whom, and where its runs are kept."""
+    parser = argparse.ArgumentParser(
+        description=about, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--estimators", nargs="+", choices=ESTIMATORS, default=["ekf"])
+    parser.add_argument("--sensors", nargs="+", choices=SENSORS, default=SENSORS)
+    parser.add_argument("--output", type=Path, required=True)
+    return parser
 
 
 def kept(path: Path, kind: type[RunT]) -> list[RunT]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from recordings.window_rows import longest_gaps_s, window_rows
+from recordings.window_rows import longest_gaps_s, window_rows, window_starts
 
 LENGTH_S = 1.0
 
@@ -24,3 +24,13 @@ def test_as_by_a_loop() -> None:
 
 def test_without_samples() -> None:
     assert list(longest_gaps_s(np.zeros(0), np.array([0.0, 1.0]), LENGTH_S)) == [1.0, 1.0]
+
+
+def test_windows_begin_where_there_are_samples() -> None:
+    time_s = np.array([0.2, 0.3, 1.4, 7.0])
+    assert list(window_starts(time_s, LENGTH_S, most=9)) == [0.2, 1.2, 6.7]
+    many = np.arange(0.0, 50.0, 0.1)
+    some = window_starts(many, LENGTH_S, most=10)
+    assert len(some) == 10
+    assert (some[0], some[-1]) == (0.0, 49.5)
+    assert set(some) < set(np.arange(0.0, 50.0, 0.5))
